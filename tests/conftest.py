@@ -5,12 +5,12 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-import pytest
 from browser import opened  # noqa: F401 - a fixture
 from drawn_data import hidden_data
 from hypothesis import settings
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from pytest import fixture
 
 from historysim.results import queries
 from historysim.results.plots import canvas, figure_output
@@ -24,7 +24,7 @@ settings.register_profile("unhurried", deadline=None, max_examples=20, derandomi
 settings.load_profile("unhurried")
 
 
-@pytest.fixture
+@fixture
 def alone(monkeypatch):
     """The clock of the tests is a thread that holds no lock of a library: a copy of the process is enough."""
     monkeypatch.setattr("threading.active_count", lambda: 1)
@@ -49,7 +49,7 @@ def own_queries():
     }
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def clean_process():  # by its name set up before the others, and left after them
     """Remove classes and queries that a test registers; it leaves its process as it was."""
     before = process_state()
@@ -65,7 +65,7 @@ def clean_process():  # by its name set up before the others, and left after the
     assert process_state() == before
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def quick_pictures(request, monkeypatch):
     """Draw pictures without layout and at a low resolution, except where they are checked, or kept."""
     if "plots" in request.path.parts or request.config.getoption("--page", default=False):
@@ -76,7 +76,7 @@ def quick_pictures(request, monkeypatch):
         monkeypatch.setattr(module, "DOTS_PER_INCH", 40)
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def every_picture_shows_its_data(request, monkeypatch):
     """Whatever a test draws shows its data, unless the test is marked `hides_data`: it draws something else."""
     figures, create = [], Figure.__init__

@@ -11,8 +11,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
-import pytest
 from hatchling.bridge.app import Application
+from pytest import fixture, mark, raises, skip
 
 import historysim
 from historysim.basics._declarations import LIBRARY
@@ -28,7 +28,7 @@ C_FILES = sorted(
     str(file) for file in ROOT.glob("historysim/**/*.c") if not APART & {*file.parents}
 )
 NO_COMPILER = "needs a C compiler"
-compiles = pytest.mark.skipif(not hatch_build.compiler(), reason=NO_COMPILER)
+compiles = mark.skipif(not hatch_build.compiler(), reason=NO_COMPILER)
 NAMES = [name for name in ("gcc", "clang") if shutil.which(name)]
 
 HEADER = """
@@ -87,11 +87,11 @@ TREE = {
 }
 
 
-@pytest.fixture
+@fixture
 def tree(tmp_path):
     """A small source tree like the package's."""
     if not hatch_build.compiler():
-        pytest.skip(NO_COMPILER)
+        skip(NO_COMPILER)
     for name, text in TREE.items():
         file = tmp_path / "tree" / "historysim" / name
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -100,7 +100,7 @@ def tree(tmp_path):
     return tmp_path / "tree"
 
 
-@pytest.fixture
+@fixture
 def no_compiler(monkeypatch, tmp_path):
     """A PATH without any program."""
     (tmp_path / "empty").mkdir()
@@ -167,7 +167,7 @@ def test_the_library_has_the_declared_functions(tree, tmp_path):
     state = ffi.new("hs_state *", {"flag": 3, "values": [1.0, 2.0, 4.0], "law": law})
     assert lib.hs_sum(state, lib.HS_FIRST) == 9.0
     assert lib.hs_sum(state, lib.HS_SECOND) == 309.0
-    with pytest.raises(AttributeError):
+    with raises(AttributeError):
         lib.hs_hidden  # noqa: B018 - looking it up is the test
 
 
@@ -225,7 +225,7 @@ print(ask(0, 1.0, 1e17, 0.0), ask(5, 1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0), floa
 """
 
 
-@pytest.mark.parametrize("name", NAMES)
+@mark.parametrize("name", NAMES)
 def test_no_flag_changes_the_bits(tree, tmp_path, monkeypatch, name):
     (tree / "historysim" / "one" / "one.c").write_text(BITS)
     monkeypatch.setenv("CC", name)
@@ -247,9 +247,7 @@ def test_no_flag_changes_the_bits(tree, tmp_path, monkeypatch, name):
 
 def test_an_error_of_the_compiler_is_reported(tree, tmp_path):
     (tree / "historysim" / "two" / "two.c").write_text("not C")
-    with pytest.raises(
-        RuntimeError, match=r"expected a compiler of C11(.|\n)*two\.c(.|\n)*error"
-    ) as told:
+    with raises(RuntimeError, match=r"expected a compiler of C11(.|\n)*two\.c(.|\n)*error") as told:
         hatch_build.build(tree, tmp_path)
     assert "-ffp-contract=off" in str(told.value)
     assert not [path for path in tmp_path.iterdir() if path.suffix in {".so", ".py"}]
@@ -262,38 +260,38 @@ def test_a_compiler_is_found(monkeypatch):
     assert hook(ROOT).dependencies() == [hatch_build.CFFI]
 
 
-@pytest.mark.parametrize(("version", "refused"), [((3, 13, 1), True), ((3, 14, 0), False)])
+@mark.parametrize("version, refused", [((3, 13, 1), True), ((3, 14, 0), False)])
 def test_a_free_threaded_interpreter_without_cffi_is_refused_in_words(
     monkeypatch, version, refused
 ):
     monkeypatch.setattr("sysconfig.get_config_var", lambda name: int(name == "Py_GIL_DISABLED"))
     monkeypatch.setattr(hatch_build.sys, "version_info", version)
     with (
-        pytest.raises(SystemExit, match=r"free-threaded build of Python 3\.13")
+        raises(SystemExit, match=r"free-threaded build of Python 3\.13")
         if refused
         else nullcontext()
     ):
         hook(ROOT).dependencies()
 
 
-@pytest.mark.parametrize("version", ["0.14.1", None])
+@mark.parametrize("version", ["0.14.1", None])
 def test_only_the_pinned_compiler_builds_the_library_of_browsers(tmp_path, monkeypatch, version):
     found = [] if version is None else [SimpleNamespace(version=version)]
     monkeypatch.setattr(hatch_build.importlib.metadata, "distributions", lambda **_: found)
     said = f"{f'ziglang=={version}' if version else 'no ziglang'} is installed; .* pip install ziglang==[0-9.]+$"
-    with pytest.raises(RuntimeError, match=said):
+    with raises(RuntimeError, match=said):
         hatch_build.build_browser_library(ROOT, tmp_path / "browser.wasm")
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.ci
+@mark.ci
 def test_the_tracked_library_of_browsers_is_of_the_present_sources(tmp_path):
     pinned = hatch_build.browser_compiler()
     installed = {
         f"ziglang=={found.version}" for found in importlib.metadata.distributions(name="ziglang")
     }
     if pinned not in installed:
-        pytest.skip(f"needs {pinned}: pip install -e '.[browser]'")
+        skip(f"needs {pinned}: pip install -e '.[browser]'")
     library = tmp_path / "browser.wasm"
     hatch_build.build_browser_library(ROOT, library)
     tracked = ROOT / hatch_build.BROWSER
@@ -303,7 +301,7 @@ def test_the_tracked_library_of_browsers_is_of_the_present_sources(tmp_path):
     )
 
 
-@pytest.mark.usefixtures("no_compiler")
+@mark.usefixtures("no_compiler")
 def test_without_a_compiler_one_is_required(capsys, monkeypatch):
     assert hatch_build.compiler() == []
     _, asked = hook(ROOT).dependencies()
@@ -313,7 +311,7 @@ def test_without_a_compiler_one_is_required(capsys, monkeypatch):
     assert hook(ROOT).dependencies() == [hatch_build.CFFI]
 
 
-@pytest.mark.usefixtures("no_compiler")
+@mark.usefixtures("no_compiler")
 def test_a_compiler_without_headers_is_none(tmp_path):
     broken = tmp_path / "empty" / "gcc"
     broken.write_text("#!/bin/sh\nexit 1\n")
@@ -362,7 +360,7 @@ def check_wheel(wheel, folder):
     assert python("-P", "-c", COUNT, PYTHONPATH=str(folder)).split() == [str(home), "4"]
 
 
-@pytest.mark.ci
+@mark.ci
 @compiles
 def test_a_wheel_is_built_from_the_sources_alone(tmp_path):
     python("-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path))
@@ -388,8 +386,8 @@ def test_a_wheel_is_built_from_the_sources_alone(tmp_path):
     check_wheel(wheel, tmp_path / "wheel")
 
 
-@pytest.mark.ci
-@pytest.mark.usefixtures("no_compiler")
+@mark.ci
+@mark.usefixtures("no_compiler")
 def test_a_wheel_is_built_where_there_is_no_compiler(tmp_path):
     said = python("-m", "pip", "wheel", "--no-deps", "-v", "-w", str(tmp_path), ".", CFLAGS="-O0")
     assert "no C compiler is found" in said
@@ -400,17 +398,17 @@ def test_a_wheel_is_built_where_there_is_no_compiler(tmp_path):
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-fsyntax-only"]
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("language", ["c", "c++"])
+@mark.ci
+@mark.parametrize("name", NAMES)
+@mark.parametrize("language", ["c", "c++"])
 def test_no_compiler_warns(name, language):
     standard = {"c": "-std=c11", "c++": "-std=c++17"}[language]
     subprocess.run([name, "-x", language, standard, *WARNINGS, *C_FILES], check=True)
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("language", ["c", "c++"])
+@mark.ci
+@mark.parametrize("name", NAMES)
+@mark.parametrize("language", ["c", "c++"])
 def test_each_header_compiles_by_itself_and_twice(name, language, tmp_path):
     headers = sorted(
         file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents

@@ -1,10 +1,10 @@
 """What users get wrong, by the shell, in files of numbers, and in Python: the message says what to write instead."""
 
 import numpy as np
-import pytest
 import xarray as xr
 from click.testing import CliRunner
 from golden import check_messages
+from pytest import fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -33,7 +33,7 @@ ROWS = [(0.1 * i, 50.0, 7.5 * i) for i in range(60)]
 TABLE = "t,N_mN,x\n" + "".join(f"{t:g},{load:g},{x:g}\n" for t, load, x in ROWS)
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my.toml").write_text(BALL + WAYPOINTS, encoding="utf-8")
@@ -51,9 +51,9 @@ def said(*words):
     return " ".join(result.output.split())
 
 
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("words", "mend"),
+@mark.usefixtures("folder")
+@mark.parametrize(
+    "words, mend",
     [
         ("rnu my.toml", "'rnu'; did you mean 'run'?"),
         ("help run", "Expected historysim run --help"),

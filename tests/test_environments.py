@@ -12,7 +12,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-import pytest
+from pytest import mark, skip
 
 import historysim
 
@@ -24,10 +24,10 @@ SMOKE = ROOT / "tests" / "scripts" / "smoke.py"
 EXTRAS = ("hdf5", "tdms", "dask", "excel")
 
 pytestmark = [
-    pytest.mark.ci,
+    mark.ci,
     # packages are downloaded and built; some minutes on a busy machine
-    pytest.mark.timeout(3600),
-    pytest.mark.skipif(
+    mark.timeout(3600),
+    mark.skipif(
         importlib.util.find_spec("uv") is None, reason="needs uv, which installs the packages"
     ),
 ]
@@ -126,7 +126,7 @@ def test_every_command_works_with_the_lowest_versions_that_are_declared(tmp_path
 def test_every_command_works_on_the_newest_python(tmp_path):
     newest = find_newest_python()
     if newest is None:
-        pytest.skip(f"this machine has no Python newer than {sys.version.split()[0]}")
+        skip(f"this machine has no Python newer than {sys.version.split()[0]}")
     python = make_environment(tmp_path / "environment", newest)
     uv("pip", "install", "--quiet", "--python", python, str(ROOT))
     run(python, SMOKE, MPLBACKEND="agg")

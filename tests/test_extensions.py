@@ -11,11 +11,11 @@ from pathlib import Path
 import attrs
 import numpy as np
 import pages
-import pytest
 import xarray as xr
 from click.testing import CliRunner
 from golden import refused
 from installed import install
+from pytest import approx, fixture, importorskip, mark, raises
 
 import historysim as hs
 from historysim.basics import fields
@@ -83,7 +83,7 @@ waypoints = [{ time = 0, normal_load = "1 mN" }]
 """
 
 
-@pytest.fixture
+@fixture
 def site(tmp_path, monkeypatch):
     folder = tmp_path / "site"
     folder.mkdir()
@@ -94,7 +94,7 @@ def site(tmp_path, monkeypatch):
     sys.modules.pop("stranger", None)
 
 
-@pytest.fixture
+@fixture
 def path(site, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "s.toml"
@@ -133,10 +133,10 @@ def test_a_kind_of_file_is_shown_and_reported(path):
 
 def test_numbers_agree_with_the_law(path):
     history = hs.load(path).replay().dataset()
-    assert history.summit_height.values == pytest.approx(-20e-9 * np.arange(3), abs=1e-20)
+    assert history.summit_height.values == approx(-20e-9 * np.arange(3), abs=1e-20)
     load, friction = history.normal_load.values, history.present_friction.values
     touching = load > 0
-    assert friction[touching] == pytest.approx((0.3 / (1 + load / 2e-3))[touching], rel=1e-9)
+    assert friction[touching] == approx((0.3 / (1 + load / 2e-3))[touching], rel=1e-9)
     assert friction[touching].max() > friction[touching].min()
 
 
@@ -155,7 +155,7 @@ def test_log_and_result_name_the_law_its_package_and_its_numbers(path):
 def test_a_missing_package_is_named(path, site):
     hs.run(path, "a.nc").close()
     shutil.rmtree(next(site.glob("*.dist-info")))
-    with pytest.raises(
+    with raises(
         MissingPackageError, match=r"friction law 'warming' is of stranger 1.2, which is not there"
     ):
         hs.verify("a.nc")
@@ -215,7 +215,7 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
     (tmp_path / "a.stairs").write_text("5 8", encoding="utf-8")
     surface = hs.read_surface(tmp_path / "a.stairs")
     assert surface.heights.shape == (5, 5)
-    assert surface.heights[-1, -1] == pytest.approx(8e-9)
+    assert surface.heights[-1, -1] == approx(8e-9)
 
 
 def named_classes(cell):
@@ -227,9 +227,7 @@ def named_classes(cell):
         yield getattr(module, name.rpartition(".")[2])
 
 
-@pytest.mark.parametrize(
-    "row", [row for row in ROWS if row[1].startswith("`")], ids=lambda row: row[0]
-)
+@mark.parametrize("row", [row for row in ROWS if row[1].startswith("`")], ids=lambda row: row[0])
 def test_the_page_names_methods_and_fields_that_exist(row):
     classes = [*named_classes(row[1])]
     bases = {base for kind in classes for base in inspect.getmro(kind)}
@@ -289,8 +287,8 @@ STRINGS = {"N": "2 mN", "m": "3 nm", "s": "4 ms", "J m-2": "5 mJ/m2", "1": 0.5}
 NUMBERS = {"N": 2e-3, "m": 3e-9, "s": 4e-3, "J m-2": 5e-3, "1": 0.5}
 
 
-@pytest.mark.usefixtures("site")
-@pytest.mark.parametrize(
+@mark.usefixtures("site")
+@mark.parametrize(
     "name",
     ["Warming", "SquaredWear", "Halved", "Soft", "Grease", "Stairs", "Strokes", "Cone", "Filled"],
 )
@@ -324,7 +322,7 @@ def test_its_tables_map_and_picture_are_read_and_drawn(path, tmp_path):
     for name in ("a.doubles", "a.slashed"):
         table = hs.tables.read_table(tmp_path / name, columns, {"load": "N", "stroke": "m"})
         assert table.columns["load"].tolist() == [1e-3, 2e-3]
-        assert table.columns["stroke"].tolist() == pytest.approx([3e-9, 5e-9])
+        assert table.columns["stroke"].tolist() == approx([3e-9, 5e-9])
     called("plot", *_result(path), "-o", "limits.png", "--picture", "limits")
     path.write_text(
         WITHOUT.replace('"sphere"\nradius = "10 µm"', '"cone"\nheight = "20 nm"'), encoding="utf-8"
@@ -352,9 +350,9 @@ assert_type(contact.stick_ratio(), DataArray)
 """
 
 
-@pytest.mark.ci
+@mark.ci
 def test_type_checkers_accept_the_page_and_the_package(tmp_path):
-    pytest.importorskip("mypy", reason="needs mypy: pip install -e '.[lint]'")
+    importorskip("mypy", reason="needs mypy: pip install -e '.[lint]'")
     shutil.copy(PROJECT / "stranger.py", tmp_path)
     for number, block in enumerate(BLOCKS):
         (tmp_path / f"block{number}.py").write_text(block, encoding="utf-8")
@@ -373,8 +371,8 @@ def test_type_checkers_accept_the_page_and_the_package(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "said"),
+@mark.parametrize(
+    "before, after, said",
     [
         ("half_load", "half_lode", "friction.half_lode: unknown key; did you mean 'half_load'"),
         (
@@ -471,7 +469,7 @@ def test_an_event_of_it_runs_and_is_in_the_log(path, site):
     shutil.rmtree(next(site.glob("*.dist-info")))
     with (
         hs.EventLog(Path("a.history")) as log,
-        pytest.raises(
+        raises(
             MissingPackageError,
             match=r"holds an event 'grease' of stranger 1.2, which is not there",
         ),
@@ -481,8 +479,8 @@ def test_an_event_of_it_runs_and_is_in_the_log(path, site):
         hs.load(path)
 
 
-@pytest.mark.parametrize(
-    ("told", "said"),
+@mark.parametrize(
+    "told, said",
     [
         (
             "{ part = -1 }",

@@ -4,15 +4,15 @@ import re
 import sys
 import time
 
-import pytest
+from pytest import fixture, importorskip, mark, raises
 
 import historysim as hs
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs forks, and limits of memory")
-hostile = pytest.importorskip("hostile") if sys.platform == "linux" else None
+pytestmark = mark.skipif(sys.platform != "linux", reason="needs forks, and limits of memory")
+hostile = importorskip("hostile") if sys.platform == "linux" else None
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     (folder / "s.toml").write_text(hostile.SCENARIO, encoding="utf-8")
@@ -56,8 +56,8 @@ def harmful(_, folder, answer):
     answer.send((2, "", "Error: s.toml", 0.0))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", [] if hostile is None else hostile.CLASSES)
+@mark.slow
+@mark.parametrize("kind", [] if hostile is None else hostile.CLASSES)
 def test_every_hostile_input_ends_as_expected(kind, made):
     hs.run(made / "s.toml", made / "a.nc").close()
     (made / "loads.csv").write_text("time,normal_load\n10,0.01\n", encoding="utf-8")
@@ -90,8 +90,8 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("content", FOREIGN.values(), ids=FOREIGN)
-@pytest.mark.parametrize("place", [*PLACES, "file"])
+@mark.parametrize("content", FOREIGN.values(), ids=FOREIGN)
+@mark.parametrize("place", [*PLACES, "file"])
 def test_a_message_echoes_little_of_a_file_and_no_control_characters(tmp_path, place, content):
     (tmp_path / "f").write_text(content, encoding="utf-8")
     loading = (
@@ -103,7 +103,7 @@ def test_a_message_echoes_little_of_a_file_and_no_control_characters(tmp_path, p
     (tmp_path / "s.toml").write_text(materials + PLACES.get(place, "") + loading, encoding="utf-8")
     calls = [hs.open, hs.show, hs.run] if place == "file" else [hs.run]
     for call in calls:
-        with pytest.raises(hs.InputError) as caught:
+        with raises(hs.InputError) as caught:
             call(tmp_path / ("f" if place == "file" else "s.toml"))
         message = str(caught.value)
         assert sum(map(len, re.findall(r"(?:SECRET|abcdefghij)[a-j]*", message))) <= 40

@@ -5,7 +5,7 @@ import json
 import shutil
 from pathlib import Path
 
-import pytest
+from pytest import mark, skip
 
 SCRIPT = Path(__file__).parent / "benchmarks" / "instructions.py"
 
@@ -35,9 +35,9 @@ def test_goals_are_of_cases_that_do_not_reach_them_yet():
     ] == []
 
 
-@pytest.mark.ci
-@pytest.mark.timeout(900)
-@pytest.mark.skipif(
+@mark.ci
+@mark.timeout(900)
+@mark.skipif(
     not (shutil.which("valgrind") and shutil.which("gcc")), reason="needs valgrind and gcc"
 )
 def test_no_case_takes_more_instructions_than_recorded():
@@ -46,7 +46,7 @@ def test_no_case_takes_more_instructions_than_recorded():
     spec.loader.exec_module(module)
     table = json.loads(module.TABLE.read_text(encoding="utf-8"))
     if table["compiler"] != module.compiler():
-        pytest.skip(
+        skip(
             f"instructions are recorded for {table['compiler']}: run tests/benchmarks/instructions.py"
         )
     counted = module.measure()

@@ -7,8 +7,8 @@ import threading
 import time
 
 import numpy as np
-import pytest
 from pairs import UNIT as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.memory.binding import DISPLACED, LOAD, TOTALS
@@ -37,14 +37,14 @@ asperities = "totals"
 substeps = {PARTS}
 waypoints = [{{ time = 0, normal_load = 0.03 }}, {{ time = 1, tangential_displacement = 0.012 }}]
 """
-posix = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals of POSIX")
+posix = mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals of POSIX")
 
 
 class HeardError(Exception):
     pass
 
 
-@pytest.fixture
+@fixture
 def hears():
     """Python's own handler of the signal: what runs the tests may ignore it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -53,8 +53,8 @@ def hears():
 
 
 @posix
-@pytest.mark.parametrize(
-    ("ensemble", "normal", "tangential"),
+@mark.parametrize(
+    "ensemble, normal, tangential",
     [
         (PLAIN, Goals(LOAD, 0.03), Goals(DISPLACED, 0.012)),
         (WEARING, Goals(LOAD, 0.03), Goals(DISPLACED, 0.012)),
@@ -76,7 +76,7 @@ def test_a_signal_is_heard_in_the_midst_of_a_segment(ensemble, normal, tangentia
     try:
         # in processor time, in which no walk of so many parts ends
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.2)
-        with pytest.raises(HeardError):
+        with raises(HeardError):
             ensemble.advance_along(
                 start, straight_paths(normal, tangential, parts=PARTS), rows=rows, saturate=True
             )
@@ -106,7 +106,7 @@ def test_a_signal_is_heard_in_the_midst_of_a_step_of_two_directions():
     before = signal.signal(signal.SIGVTALRM, ring)
     try:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.2)
-        with pytest.raises(HeardError):
+        with raises(HeardError):
             ensemble.advance(start, tangential_displacement=(4e-3, 8e-3))
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
@@ -151,7 +151,7 @@ def test_a_run_of_a_long_segment_ends_at_an_interrupt(tmp_path):
 
 
 @posix
-@pytest.mark.usefixtures("hears")
+@mark.usefixtures("hears")
 def test_processes_end_at_an_interrupt_in_the_midst_of_their_tasks():
     main_thread = threading.main_thread().ident
     tasks = []
@@ -162,7 +162,7 @@ def test_processes_end_at_an_interrupt_in_the_midst_of_their_tasks():
             threading.Timer(1.5, signal.pthread_kill, [main_thread, signal.SIGINT]).start()
             tasks[0].result()
 
-    with pytest.raises(KeyboardInterrupt):
+    with raises(KeyboardInterrupt):
         wait_for_them()
     assert tasks[0].done()
 
@@ -180,11 +180,11 @@ def test_an_interrupted_sweep_reports_its_finished_cells(tmp_path, monkeypatch):
 
     monkeypatch.setattr(_Plan, "carry_out", carry_out)
     over = {"friction.coefficient": [0.1, 0.2]}
-    with pytest.raises(
+    with raises(
         KeyboardInterrupt, match=r"cells keeps 2 of 2 cells, and the same sweep resumes there"
     ):
         hs.sweep(
             tmp_path / "s.toml", over, outputs=["peak_contact_count"], store=tmp_path / "cells"
         )
-    with pytest.raises(KeyboardInterrupt, match="2 of 2 cells are lost without a store"):
+    with raises(KeyboardInterrupt, match="2 of 2 cells are lost without a store"):
         hs.sweep(tmp_path / "s.toml", over, outputs=["peak_contact_count"])

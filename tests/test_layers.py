@@ -5,8 +5,8 @@ import collections
 import re
 from pathlib import Path
 
-import pytest
 from import_graph import ROOT, imports, modules, package_imports, parsed
+from pytest import mark
 
 # the rooms, from the top down: each imports from those above it alone
 ROOMS = (
@@ -130,7 +130,7 @@ def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
     assert {room(name) for name in reached} & set(below) == set()
 
 
-@pytest.mark.parametrize("name", READERS)
+@mark.parametrize("name", READERS)
 def test_readers_of_a_dataset_do_not_import_the_engine(name):
     # the declarations of the variables name types of the engine, but do not import them when they
     # run
@@ -155,7 +155,7 @@ def made(folder, **sources):
     return folder
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "source",
     [
         "from historysim import cli",
@@ -177,7 +177,7 @@ def test_an_import_from_below_is_found_anywhere(tmp_path, source):
     assert complaints(made(tmp_path, loads="", cli="from historysim import loads")) == []
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "source", ["import historysim", "from historysim import replay", "from . import replay"]
 )
 def test_an_import_of_the_whole_package_is_seen(tmp_path, source):
@@ -209,8 +209,8 @@ def test_a_module_without_a_room_is_seen(tmp_path):
     ]
 
 
-@pytest.mark.parametrize(
-    ("source", "seen"),
+@mark.parametrize(
+    "source, seen",
     [
         ("import numpy as np", True),
         ("from numpy import typing", True),

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
+from pytest import mark, raises
 
 import historysim as hs
 from historysim.basics import lazy
@@ -72,7 +72,7 @@ CONTRACT = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(CONTRACT))
+@mark.parametrize("name", sorted(CONTRACT))
 def test_the_contract_stands_on_the_package(name):
     assert getattr(hs, name) is not None
     assert name in dir(hs)
@@ -85,7 +85,7 @@ def test_what_is_listed_are_the_public_names_alone():
     assert {"importlib", "sys", "Any", "TYPE_CHECKING"}.isdisjoint(dir(hs))
 
 
-@pytest.mark.parametrize("name", NAMESPACES)
+@mark.parametrize("name", NAMESPACES)
 def test_a_namespace_shows_its_public_names_alone(name):
     space = getattr(hs, name)
     assert dir(space) == sorted(space.__all__)
@@ -107,7 +107,7 @@ def test_earlier_places_of_names_still_have_them():
         assert getattr(hs, name) is not None
 
 
-@pytest.mark.parametrize("stub", sorted(Path(hs.__file__).parent.rglob("__init__.pyi"), key=str))
+@mark.parametrize("stub", sorted(Path(hs.__file__).parent.rglob("__init__.pyi"), key=str))
 def test_each_public_name_has_a_line_of_its_own(stub):
     tree = ast.parse(stub.read_text(encoding="utf-8"))
     lines = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
@@ -125,7 +125,7 @@ def test_everything_that_is_listed_is_there():
 
 
 def test_a_name_that_does_not_exist_is_an_attribute_error():
-    with pytest.raises(AttributeError, match=r"module 'historysim' has no attribute 'rplay'"):
+    with raises(AttributeError, match=r"module 'historysim' has no attribute 'rplay'"):
         hs.rplay  # noqa: B018 - looking it up is the test
     assert not hasattr(hs, "asperty")
 
@@ -140,7 +140,7 @@ def test_importing_the_package_imports_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("name", sorted(CONTRACT - {*NAMESPACES, "__version__", "design", "sweep"}))
+@mark.parametrize("name", sorted(CONTRACT - {*NAMESPACES, "__version__", "design", "sweep"}))
 def test_signatures_are_short_enough_to_read(name):
     thing = getattr(hs, name)
     if inspect.isclass(thing) and issubclass(thing, Exception | int):

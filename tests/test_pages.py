@@ -10,6 +10,7 @@ from pathlib import Path
 import pages
 import pytest
 import tomlkit
+from pytest import mark
 
 import historysim as hs
 
@@ -77,7 +78,7 @@ def test_the_readme_runs_unchanged(after_the_readme):
     } <= made
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+@mark.parametrize("page", PAGES, ids=name_of)
 def test_a_page_runs_unchanged(page, after_the_readme, tmp_path, monkeypatch):
     shutil.copytree(after_the_readme, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -90,7 +91,7 @@ def test_the_readme_is_a_screen():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
 
 
-@pytest.mark.parametrize("page", PROSE, ids=name_of)
+@mark.parametrize("page", PROSE, ids=name_of)
 def test_lines_of_prose_are_short(page):
     text = re.sub(
         r"^(```|\$\$).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
@@ -118,7 +119,7 @@ waypoints = [
 """
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "example", [body for _, _, body in pages.blocks(KEYS.read_text(encoding="utf-8"))]
 )
 def test_an_example_of_a_key_is_valid_in_a_scenario(example, tmp_path):
@@ -174,7 +175,7 @@ def imported_modules(code):
             yield from (part if part in MODULES else node.module for part in parts)
 
 
-@pytest.mark.parametrize("page", FOR_USERS, ids=name_of)
+@mark.parametrize("page", FOR_USERS, ids=name_of)
 def test_pages_and_scripts_import_public_modules_alone(page):
     text = page.read_text(encoding="utf-8")
     blocks = (

@@ -1,10 +1,10 @@
 """Replaying from end to end."""
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark, raises
 
 import historysim as hs
 from historysim.recording.recorder import DatasetRecorder
@@ -23,7 +23,7 @@ EVENTS = [
 ]
 
 
-@pytest.fixture
+@fixture
 def ensemble():
     return hs.Ensemble(PAIR, HEIGHTS, RADII, 0.5)
 
@@ -47,7 +47,7 @@ def test_a_replay_gives_the_same_bits_as_often_as_it_is_asked(ensemble, tmp_path
     with xr.open_dataset(tmp_path / "out.nc", decode_times=False) as written:
         assert bits(written) == bits(once)
         assert written.attrs == once.attrs
-    with pytest.raises(AttributeError):
+    with raises(AttributeError):
         job.substeps = 4
 
 
@@ -111,7 +111,7 @@ def test_totals_alone_do_not_look_for_sliding_times():
 # -- rows ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("substeps", [0, -3, 1.5, "2", None, True])
+@mark.parametrize("substeps", [0, -3, 1.5, "2", None, True])
 def test_substeps_that_are_no_count_are_refused(ensemble, substeps):
     with refused(r"substeps is .*expected a whole number of 1 or more"):
         hs.replay(ensemble, EVENTS, substeps=substeps, hold=False)
@@ -129,7 +129,7 @@ def long_history(last):
 
 
 def test_an_error_names_the_event(ensemble):
-    with pytest.raises(hs.LoadError) as caught:
+    with raises(hs.LoadError) as caught:
         hs.replay(ensemble, long_history(hs.TangentialLoad(12.5, 0.02)))
     message = str(caught.value)
     assert message.startswith(
@@ -138,8 +138,8 @@ def test_an_error_names_the_event(ensemble):
     assert "`saturate`" in message
 
 
-@pytest.mark.parametrize(
-    ("events", "named"),
+@mark.parametrize(
+    "events, named",
     [
         (
             [
@@ -163,16 +163,16 @@ def test_an_error_names_the_event(ensemble):
         ([hs.FrictionChange(0.0, 0.2), hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(2.0, 0.003)], 2),
     ],
 )
-@pytest.mark.parametrize("substeps", [1, 3])
+@mark.parametrize("substeps", [1, 3])
 def test_the_event_that_asks_too_much_is_the_one_that_is_named(ensemble, events, named, substeps):
-    with pytest.raises(
+    with raises(
         hs.LoadError, match=rf"^event {named} at t = 2 s: a tangential load of 0\.00\d N is beyond"
     ):
         hs.replay(ensemble, events, substeps=substeps)
 
 
-@pytest.mark.parametrize("friction", [[0.1, 0.2], [0.1] * 6])
-@pytest.mark.parametrize("saturate", [False, True])
+@mark.parametrize("friction", [[0.1, 0.2], [0.1] * 6])
+@mark.parametrize("saturate", [False, True])
 def test_a_wrong_number_of_coefficients_names_the_event(ensemble, friction, saturate):
     events = [
         hs.NormalLoad(0.0, 0.01),
@@ -195,7 +195,7 @@ def test_saturate_holds_the_load_at_the_limit_and_says_so(ensemble):
     ]
     history = hs.replay(ensemble, events, saturate=True)
     loads = [0.0, 0.002, 0.005, 0.0, -0.005, -0.01]
-    assert history.total_tangential_load.values == pytest.approx(loads, rel=1e-12, abs=1e-17)
+    assert history.total_tangential_load.values == approx(loads, rel=1e-12, abs=1e-17)
     assert history.saturated.values.tolist() == [0, 0, 1, 0, 1, 1]
     sliding = history.slip_state.isel(step=[2, 4, 5])
     assert set(np.unique(sliding)) <= {hs.SlipState.SEPARATED, hs.SlipState.GROSS_SLIP}
@@ -213,16 +213,14 @@ def test_a_history_within_the_limit_is_the_same_with_saturate(ensemble):
 def test_saturate_holds_the_load_where_friction_falls_and_says_so(ensemble):
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.004), hs.FrictionChange(2.0, 0.1)]
     history = hs.replay(ensemble, [*events, hs.NormalLoad(3.0, 0.01)], saturate=True)
-    assert history.total_tangential_load.values == pytest.approx(
-        [0.0, 0.004, 0.001, 0.001], rel=1e-12
-    )
+    assert history.total_tangential_load.values == approx([0.0, 0.004, 0.001, 0.001], rel=1e-12)
     assert history.saturated.values.tolist() == [0, 0, 1, 1]
 
 
 def test_every_row_of_a_path_that_starts_and_ends_at_the_limit_is_flagged(ensemble):
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.02), hs.TangentialLoad(2.0, 0.03)]
     history = hs.replay(ensemble, events, substeps=4, saturate=True)
-    assert history.total_tangential_load.values[4:] == pytest.approx([0.005] * 5, rel=1e-12)
+    assert history.total_tangential_load.values[4:] == approx([0.005] * 5, rel=1e-12)
     assert history.saturated.values[4:].tolist() == [1] * 5
 
 
@@ -235,7 +233,7 @@ def test_no_events_are_an_error(ensemble):
             hs.replay(ensemble, [], record=record)
 
 
-@pytest.mark.parametrize("events", [None, 3, hs.NormalLoad(0.0, 0.01)], ids=repr)
+@mark.parametrize("events", [None, 3, hs.NormalLoad(0.0, 0.01)], ids=repr)
 def test_what_is_not_a_sequence_of_events_is_an_input_error(ensemble, events):
     with refused(r"expected .*events"):
         hs.replay(ensemble, events)

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from half_space import HalfSpace
+from numpy.testing import assert_allclose
+from pytest import approx, mark
 from scipy import integrate, interpolate, optimize, stats
 from yielding_springs import kogut_etsion
 
@@ -76,10 +78,10 @@ def nine_point_summits(heights, pixel, periodic):
 def check_preliminary_displacement(history, load, height, radius, friction=FRICTION):
     approach, _ = approaches(load, height, radius)
     peak = int(history.total_normal_load.values.argmax())
-    assert history.total_normal_load.values[peak] == pytest.approx(load, rel=1e-12)
+    assert history.total_normal_load.values[peak] == approx(load, rel=1e-12)
     assert history.contact_count.values[peak] == np.count_nonzero(approach)
     found = analysis.preliminary_displacement(history).values[peak]
-    assert found == pytest.approx(RATIO * friction * approach.max(), rel=1e-6)
+    assert found == approx(RATIO * friction * approach.max(), rel=1e-6)
 
 
 def loop_energy(load, amplitude):
@@ -118,7 +120,7 @@ def test_they_are_numbered():
     assert numbers == [f"{number:02}" for number in range(1, len(numbers) + 1)]
 
 
-@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
+@mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
 def test_each_has_a_title_and_balances(path, histories):
     assert path.read_text(encoding="utf-8").startswith("# ")
     history = histories[path.stem]
@@ -132,14 +134,12 @@ def test_each_has_a_title_and_balances(path, histories):
         # nodes that hardly matter, some 1e-5 each, are left out after a step: a tenth of the
         # tolerance of the load
         error = 1e-4 * float(history.friction_limit.max())
-    assert force.sum("asperity").values == pytest.approx(
-        history.total_tangential_load.values, abs=error
-    )
+    assert force.sum("asperity").values == approx(history.total_tangential_load.values, abs=error)
     assert (np.diff(history.total_dissipated_energy) >= 0).all()
 
 
-@pytest.mark.parametrize(
-    ("name", "levels"), [("01_load_steps_up", LEVELS), ("02_load_steps_down", LEVELS[::-1])]
+@mark.parametrize(
+    "name, levels", [("01_load_steps_up", LEVELS), ("02_load_steps_down", LEVELS[::-1])]
 )
 def test_01_02_loops_at_each_load(histories, name, levels):
     history = histories[name]
@@ -147,43 +147,37 @@ def test_01_02_loops_at_each_load(histories, name, levels):
         end = 66.0 * (turn + 1)
         approach, _ = approaches(load)
         # the last reading of a level carries the noise of the load, 6 µN
-        assert at_time(history, end, "contact_count") == pytest.approx(
-            np.count_nonzero(approach), abs=1
-        )
+        assert at_time(history, end, "contact_count") == approx(np.count_nonzero(approach), abs=1)
         # the first of the four loops begins at another load, so the last three are compared
-        assert energy_between(history, end - 48.0, end) == pytest.approx(
+        assert energy_between(history, end - 48.0, end) == approx(
             3 * loop_energy(load, 100e-9), rel=0.01
         )
         plateau = np.abs(history.total_tangential_load.values[history.time.values < end]).max()
-        assert plateau == pytest.approx(FRICTION * max(levels[: turn + 1]), rel=1e-3)
+        assert plateau == approx(FRICTION * max(levels[: turn + 1]), rel=1e-3)
     approach, _ = approaches(90e-3)
     peak = int(history.total_normal_load.values.argmax())
     found = analysis.preliminary_displacement(history).values[peak]
-    assert found == pytest.approx(RATIO * FRICTION * approach.max(), rel=1e-3)
+    assert found == approx(RATIO * FRICTION * approach.max(), rel=1e-3)
 
 
 def test_03_loops_at_constant_load_repeat(histories):
     history = histories["03_constant_load"]
     loops = [energy_between(history, 2.0 + 8.0 * loop, 10.0 + 8.0 * loop) for loop in range(5)]
     # where a loop is cut, the noise of 1 nm under gross slip is 10 pJ
-    assert loops[1:] == pytest.approx([loop_energy(50e-3, 50e-9)] * 4, abs=5e-11)
-    assert sum(loops[1:]) == pytest.approx(4 * loop_energy(50e-3, 50e-9), rel=0.01)
+    assert loops[1:] == approx([loop_energy(50e-3, 50e-9)] * 4, abs=5e-11)
+    assert sum(loops[1:]) == approx(4 * loop_energy(50e-3, 50e-9), rel=0.01)
     assert loops[0] < loops[1]
     assert {0, 1, 2, 3} == set(np.unique(history.slip_state))
 
 
 def test_04_both_rising_ends_in_the_virgin_state(histories):
     history = histories["04_normal_up_tangential_up"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(
-        virgin(70e-3, 5e-3), rel=1e-9
-    )
+    assert at_time(history, 6.0, "tangential_displacement") == approx(virgin(70e-3, 5e-3), rel=1e-9)
 
 
 def test_05_less_normal_load_is_virgin_loading_there(histories):
     history = histories["05_normal_down_tangential_up"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(
-        virgin(30e-3, 5e-3), rel=1e-9
-    )
+    assert at_time(history, 6.0, "tangential_displacement") == approx(virgin(30e-3, 5e-3), rel=1e-9)
 
 
 def test_06_a_fresh_edge_is_sheared_back(histories):
@@ -193,25 +187,23 @@ def test_06_a_fresh_edge_is_sheared_back(histories):
     ]
     expected = virgin(50e-3, 5e-3) - RATIO * FRICTION * (approach[1] - approach[0])
     history = histories["06_normal_up_tangential_down"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(expected, rel=1e-9)
+    assert at_time(history, 6.0, "tangential_displacement") == approx(expected, rel=1e-9)
 
 
 def test_07_what_leaves_takes_its_share(histories):
     history = histories["07_normal_down_tangential_down"]
-    assert at_time(history, 6.0, "tangential_displacement") == pytest.approx(
-        virgin(30e-3, 1e-3), rel=1e-9
-    )
+    assert at_time(history, 6.0, "tangential_displacement") == approx(virgin(30e-3, 1e-3), rel=1e-9)
 
 
 def test_08_mixed_control(histories):
     history = histories["08_mixed_control"]
     assert analysis.critical_asperity(history).values[0] == 3
-    assert at_time(history, 20.0, "separation") == pytest.approx(-50e-9, rel=1e-12)
-    assert at_time(history, 20.0, "tangential_displacement") == pytest.approx(10e-9, rel=1e-12)
+    assert at_time(history, 20.0, "separation") == approx(-50e-9, rel=1e-12)
+    assert at_time(history, 20.0, "tangential_displacement") == approx(10e-9, rel=1e-12)
     assert at_time(history, 23.0, "total_tangential_load") == 0
     assert at_time(history, 23.0, "contact_count") == 0
     # at the lower coefficient all that touch slide at last
-    assert at_time(history, 24.0, "total_tangential_load") == pytest.approx(0.1 * 40e-3, rel=1e-9)
+    assert at_time(history, 24.0, "total_tangential_load") == approx(0.1 * 40e-3, rel=1e-9)
     assert (history.slip_state.sel(asperity=4) == hs.SlipState.SEPARATED).all()
 
 
@@ -224,12 +216,12 @@ def test_09_loops_without_noise_take_the_closed_form_of_energy(histories):
             assert at_time(history, start, "contact_count") == np.count_nonzero(approach)
             if loop:
                 energy = energy_between(history, start, start + 16.0)
-                assert energy == pytest.approx(loop_energy(load, 100e-9), rel=1e-8)
+                assert energy == approx(loop_energy(load, 100e-9), rel=1e-8)
 
 
 def test_10_a_random_surface(histories):
     surface = hs.random_surface((256, 256), 1e-6, 100e-9, 20e-6, seed=1)
-    assert np.sqrt(np.mean((surface.heights - surface.heights.mean()) ** 2)) == pytest.approx(
+    assert np.sqrt(np.mean((surface.heights - surface.heights.mean()) ** 2)) == approx(
         100e-9, rel=1e-12
     )
     height, radius = nine_point_summits(surface.heights, 1e-6, periodic=True)
@@ -254,7 +246,7 @@ def test_11_a_measured_map_of_a_tilted_ball(histories):
         x_scale=[1e-6, 1e-6, 1e-7, 1e-3],
         xtol=1e-14,
     )
-    assert found.x[3] == pytest.approx(2.5e-3, rel=0.05)
+    assert found.x[3] == approx(2.5e-3, rel=0.05)
     height, radius = nine_point_summits(-misfit(found.x), 1e-6, periodic=False)
     check_preliminary_displacement(
         histories["11_measured_map"], 60e-3, height, radius, friction=0.15
@@ -264,18 +256,16 @@ def test_11_a_measured_map_of_a_tilted_ball(histories):
 def test_12_a_texture_has_the_contact_area_of_the_one_ball(histories):
     history = histories["12_textured_surface"]
     approach = (9 * 50e-3**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3)
-    assert history.real_contact_area.values[-1] == pytest.approx(
-        np.pi * 2.5e-3 * approach, rel=1e-9
-    )
+    assert history.real_contact_area.values[-1] == approx(np.pi * 2.5e-3 * approach, rel=1e-9)
     found = analysis.preliminary_displacement(history).values[-1]
-    assert found == pytest.approx(RATIO * FRICTION * approach / 8, rel=1e-9)
+    assert found == approx(RATIO * FRICTION * approach / 8, rel=1e-9)
     # a loop of ±T takes 8 (T U/2 - ∫ U dT) of the virgin curve U = θ μ δ (1 - (1 - t)^(2/3)), t =
     # T/(μ N)
     limit, share = FRICTION * 50e-3, 0.8
     integral = limit * found * (share + 3 / 5 * ((1 - share) ** (5 / 3) - 1))
     turn = found * (1 - (1 - share) ** (2 / 3))
     expected = 8 * (share * limit * turn / 2 - integral)
-    assert energy_between(history, 1.0, 5.0) == pytest.approx(expected, rel=1e-9)
+    assert energy_between(history, 1.0, 5.0) == approx(expected, rel=1e-9)
 
 
 def test_13_quantiles_are_greenwood_and_williamson(histories):
@@ -296,11 +286,11 @@ def test_13_quantiles_are_greenwood_and_williamson(histories):
     separation = optimize.brentq(lambda d: load(d) - 1.0, 0, 3 * deviation)
     # the summits above a flat at 1.8 σ are some hundreds, so that quantiles leave an error of some
     # thousandths
-    assert history.separation.values[-1] == pytest.approx(separation, abs=0.01 * deviation)
-    assert history.contact_count.values[-1] == pytest.approx(
+    assert history.separation.values[-1] == approx(separation, abs=0.01 * deviation)
+    assert history.contact_count.values[-1] == approx(
         count * stats.norm.sf(separation / deviation), rel=0.01
     )
-    assert history.total_tangential_load.values[-1] == pytest.approx(FRICTION, rel=1e-12)
+    assert history.total_tangential_load.values[-1] == approx(FRICTION, rel=1e-12)
 
 
 def test_14_two_rough_surfaces_are_their_sum(histories):
@@ -319,13 +309,13 @@ def test_15_the_drives_loops_agree_with_a_ball_behind_a_spring(histories):
     history = histories["15_instrument_in_series"]
     stiffness, limit = 334e3, FRICTION * 30e-3
     drive, force = history.drive_displacement.values, history.total_tangential_load.values
-    np.testing.assert_allclose(
+    assert_allclose(
         drive, history.tangential_displacement.values + force / stiffness, rtol=0, atol=1e-18
     )
     # the first reversal, at 14 s and 300 nm, ends gross slip under 30 mN; noise moves the turning
     # points by some nm
     turn = int(np.flatnonzero(history.time.values <= 14.0)[-1])
-    assert force[turn] == pytest.approx(limit, rel=1e-3)
+    assert force[turn] == approx(limit, rel=1e-3)
     approach = (9 * 30e-3**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3)
     down = np.flatnonzero(
         (history.time.values > 14.0) & (history.time.values < 38.0) & (np.abs(force) < 0.9 * limit)
@@ -334,9 +324,7 @@ def test_15_the_drives_loops_agree_with_a_ball_behind_a_spring(histories):
     contact = drive[turn] - 2 * RATIO * FRICTION * approach * (1 - (1 - share) ** (2 / 3))
     # on the way down, by Masing's rule, behind the spring; the waypoints' normal load is noisy by
     # nothing
-    np.testing.assert_allclose(
-        drive[down], contact - (limit - force[down]) / stiffness, rtol=0, atol=1e-12
-    )
+    assert_allclose(drive[down], contact - (limit - force[down]) / stiffness, rtol=0, atol=1e-12)
 
 
 def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(histories):
@@ -348,25 +336,25 @@ def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(hi
     moved = float(row["tangential_displacement"]) * 1e6
     # T = μ [P(d) - P(d - U/(θμ))]: the stick zone is the contact under a lighter load
     pressure = brute.pressure(approach, np.zeros(surface.shape), 1e-5)
-    assert pressure.sum() * 1e-12 * CONTACT_MODULUS == pytest.approx(0.3, rel=2e-3)
-    assert (pressure > 0).sum() * 1e-12 == pytest.approx(float(row["real_contact_area"]), rel=2e-2)
+    assert pressure.sum() * 1e-12 * CONTACT_MODULUS == approx(0.3, rel=2e-3)
+    assert (pressure > 0).sum() * 1e-12 == approx(float(row["real_contact_area"]), rel=2e-2)
     inner = brute.pressure(approach - moved / (RATIO * FRICTION), pressure, 1e-5)
-    assert inner.sum() * 1e-12 * CONTACT_MODULUS == pytest.approx(0.3 - 0.05 / FRICTION, rel=2e-2)
-    assert (inner > 0).sum() * 1e-12 == pytest.approx(float(row["stick_area"].sum()), rel=0.1)
+    assert inner.sum() * 1e-12 * CONTACT_MODULUS == approx(0.3 - 0.05 / FRICTION, rel=2e-2)
+    assert (inner > 0).sum() * 1e-12 == approx(float(row["stick_area"].sum()), rel=0.1)
     assert 4 < history.sizes["asperity"] < 10
 
 
 def test_24_loops_at_three_loads_of_a_second_instrument(histories):
     history = histories["24_second_instrument"]
     table = hs.loops(history).by_load()
-    np.testing.assert_allclose(table.value, [30e-3, 60e-3, 90e-3], rtol=1e-3)
+    assert_allclose(table.value, [30e-3, 60e-3, 90e-3], rtol=1e-3)
     assert [members.size for members in table.members] == [4, 4, 4]
     line = table.friction_line()
-    assert line.slope == pytest.approx(0.12, rel=1e-3)
-    assert line.intercept == pytest.approx(0, abs=8e-6)
+    assert line.slope == approx(0.12, rel=1e-3)
+    assert line.intercept == approx(0, abs=8e-6)
     peak = int(history.total_normal_load.values.argmax())
     approach, _ = approaches(float(history.total_normal_load[peak]))
-    assert analysis.preliminary_displacement(history).values[peak] == pytest.approx(
+    assert analysis.preliminary_displacement(history).values[peak] == approx(
         RATIO * 0.12 * approach.max()
     )
 
@@ -377,10 +365,10 @@ def test_25_wear_shares_the_load_and_the_displacement_drifts(histories):
     slid, worn = history.slid_distance.values[-1], history.worn_volume.values[-1]
     displacement = analysis.preliminary_displacement(history).values
     # the last to slide sticks for δ on the first branch and for 2 δ on the five others
-    assert 1.2e-6 - slid[0] == pytest.approx(11 * displacement.mean(), rel=0.02)
+    assert 1.2e-6 - slid[0] == approx(11 * displacement.mean(), rel=0.02)
     assert 1e-3 * 2e-3 * slid.min() / 12e9 <= worn.sum() <= 1e-3 * 2e-3 * slid.max() / 12e9
     lost = history.summit_height.values - history.present_summit_height.values[-1]
-    assert lost == pytest.approx(np.sqrt(worn / (np.pi * 10e-6)), rel=2e-3)
+    assert lost == approx(np.sqrt(worn / (np.pi * 10e-6)), rel=2e-3)
     assert (np.diff(lost) < 0).all()
     assert (np.diff(displacement) < 0).all()
     assert (np.diff(np.ptp(history.normal_load.values, axis=1)) < 0).all()
@@ -411,7 +399,7 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
         carried, contact = first_loading(level)
         left = 0.75 * carried / (CONTACT_MODULUS * np.maximum(contact, 1e-30))
         row = int(np.argmin(np.abs(time - when)))
-        assert displacement[row] == pytest.approx(RATIO * FRICTION * left.max(), rel=1e-6)
+        assert displacement[row] == approx(RATIO * FRICTION * left.max(), rel=1e-6)
     touched = carried > 0
     own = np.where(touched, left, 1e-12)
     lowered = np.where(touched, height - level - own, 0.0)
@@ -422,9 +410,7 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
         return 4 / 3 * CONTACT_MODULUS * np.sqrt(flattened) * approach**1.5
 
     level = level_at(50e-3, unloading)
-    assert displacement[-1] == pytest.approx(
-        RATIO * FRICTION * (height - lowered - level).max(), rel=1e-6
-    )
+    assert displacement[-1] == approx(RATIO * FRICTION * (height - lowered - level).max(), rel=1e-6)
     assert displacement[-1] < 0.95 * displacement[np.argmin(np.abs(time - 1.0))]
     assert (energy[time > 8.0] == energy[-1]).all()
     assert (np.diff(energy) >= 0).all()
@@ -441,12 +427,12 @@ def test_29_slopes_make_a_loop_that_is_not_symmetric(histories):
         # all of them slide
         angle = np.arctan(slope)
         expected = load[step] * (way * FRICTION * np.cos(angle) + np.sin(angle))
-        assert float(history.total_tangential_load[step]) == pytest.approx(expected.sum(), rel=1e-9)
+        assert float(history.total_tangential_load[step]) == approx(expected.sum(), rel=1e-9)
         carried = load[step] * (np.cos(angle) - way * FRICTION * np.sin(angle))
-        assert carried.sum() == pytest.approx(4e-3, rel=1e-9)
+        assert carried.sum() == approx(4e-3, rel=1e-9)
     limits = history.total_tangential_load.values[[uphill, downhill]]
-    assert limits == pytest.approx([867.4e-6, -747.2e-6], rel=1e-3)
-    assert float(history.separation[uphill] - history.separation[downhill]) == pytest.approx(
+    assert limits == approx([867.4e-6, -747.2e-6], rel=1e-3)
+    assert float(history.separation[uphill] - history.separation[downhill]) == approx(
         1.77e-9, rel=0.01
     )
 
@@ -488,7 +474,7 @@ def test_28_a_stage_drifts_to_where_less_load_would_have_let_it(histories):
         moved.append(RATIO * FRICTION * (whole.max() - stuck.max()))
     ends = history.tangential_displacement.to_numpy()[::20]
     # moved, held, unloaded, loaded, unloaded, loaded
-    np.testing.assert_allclose(ends[1:], np.repeat(moved, [2, 4]), rtol=1e-9)
+    assert_allclose(ends[1:], np.repeat(moved, [2, 4]), rtol=1e-9)
 
 
 def test_34_a_cylinder_slides_at_two_loads_and_sticks_at_the_third(histories):
@@ -525,12 +511,10 @@ def test_34_a_cylinder_slides_at_two_loads_and_sticks_at_the_third(histories):
             4 * force * displacement(force) - 8 * rise + 4 * force * (reach - displacement(force))
         )
         start = 13.0 * level + 5.0
-        assert energy_between(history, start, start + 4.0) == pytest.approx(energy, rel=1e-6)
+        assert energy_between(history, start, start + 4.0) == approx(energy, rel=1e-6)
         widths = history.contact_half_width, history.stick_half_width
         contact, stick = (
             float(width.sel(step=history.time == start + 1.0)[0, 0]) for width in widths
         )
         assert (stick == 0) == slides
-        assert contact == pytest.approx(
-            np.sqrt(4 * load * radius / (np.pi * modulus * length)), rel=1e-12
-        )
+        assert contact == approx(np.sqrt(4 * load * radius / (np.pi * modulus * length)), rel=1e-12)

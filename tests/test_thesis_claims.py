@@ -1,8 +1,8 @@
 """Claims of the source that no figure tests by itself: each has a number, which the page of the thesis repeats."""
 
 import numpy as np
-import pytest
 from hertz_sums import HARD, SOFT, approaches, displacement
+from pytest import approx, fixture, mark
 from scipy import integrate
 from thesis import FOLDER, NANO, calculated, listed, repeats, scenario, swept
 
@@ -13,7 +13,7 @@ from historysim.results.steps import named_states
 LOAD = "loading_waypoints_0_normal_load"
 
 
-@pytest.fixture
+@fixture
 def at_states(tmp_path):
     """The named states of the one run of a figure, by their names."""
 
@@ -49,17 +49,17 @@ def test_what_falling_loads_do(at_states):
         float(b.total_dissipated_energy - a.total_dissipated_energy)
         for a, b in ((rising["A"], rising["B"]), (falling["A"], falling["B"]))
     ]
-    assert lost[0] == pytest.approx(0, abs=1e-9 * lost[1])
+    assert lost[0] == approx(0, abs=1e-9 * lost[1])
     # the work of T, less what springs of 8 G* dx store: (U, or θμ of their depth) squared
     store = [stored(load, 4e-3) for load in (50e-3, 30e-3)]
     moved = float(falling["B"].tangential_displacement - falling["A"].tangential_displacement)
-    assert lost[1] == pytest.approx(4e-3 * moved + store[0] - store[1], rel=1e-6)
+    assert lost[1] == approx(4e-3 * moved + store[0] - store[1], rel=1e-6)
     repeats(
         "N falling during pre-sliding wears, N rising does not (2.4)",
         f"0 J where N rises from 50 to 70 mN, {lost[1] * 1e12:.2f} pJ where it falls to 30 at T = 4 mN",
     )
     before, after = (float(falling[state].tangential_displacement) * NANO for state in "AB")
-    assert [before, after] == pytest.approx([4.5225, 5.788], abs=5e-4)
+    assert [before, after] == approx([4.5225, 5.788], abs=5e-4)
     repeats(
         "small changes of N or T shift the position (2.2.3.1)",
         f"at held T only N falling does: {before:.2f} → {after:.2f} nm from (50, 4) to (30, 4) mN",
@@ -85,7 +85,7 @@ def test_one_ball():
     power, adhering, coulomb = traction.greatest_traction.sel(ball="a  Si").values
     # friction over load varies as the traction of the law over that of constant μ
     area = 1 + np.log((adhering / coulomb)[-1] / (adhering / coulomb)[0]) / np.log(9)
-    assert area == pytest.approx(0.519, abs=1e-3)
+    assert area == approx(0.519, abs=1e-3)
     repeats(
         "area with adhesion varies with the load much as Hertz's (4.2)",
         f"JKR N^{area:.3f} from 10 to 90 mN, Hertz N^.667",
@@ -103,7 +103,7 @@ def test_one_ball():
     drive = contact + instrument.total_tangential_load.max("step").values / 334e3
     # the load of the spring varies as N, the contact as N^(2/3)
     ratios = 1 + np.outer(drive / contact - 1, (np.array([10, 90]) / 30) ** (1 / 3))
-    assert [ratios.min(), ratios.max()] == pytest.approx([2.0, 3.3], abs=0.05)
+    assert [ratios.min(), ratios.max()] == approx([2.0, 3.3], abs=0.05)
     repeats(
         "measured displacement about twice theory (4.4)",
         f"{ratios.min():.1f} to {ratios.max():.1f} from 10 to 90 mN with 334 mN/µm in series",
@@ -127,9 +127,9 @@ def test_a_ball_that_is_attracted():
         loads = np.array([0.0, 10e-3, 30e-3, 50e-3, 70e-3, 90e-3])
         events = [hs.NormalLoad(float(time), load) for time, load in enumerate(loads.tolist())]
         history = hs.replay(ball, events)
-        assert history.friction_limit.values == pytest.approx(0.12 * (loads + force), rel=1e-9)
+        assert history.friction_limit.values == approx(0.12 * (loads + force), rel=1e-9)
         pulls.append(-1e3 * history.contact.pull_off().attrs["pull_off_load"])
-        assert pulls[-1] == pytest.approx(1e3 * force, rel=1e-9)
+        assert pulls[-1] == approx(1e3 * force, rel=1e-9)
         held.append(1e3 * float(history.friction_limit[0]))
         ratios = history.friction_limit.values[1:] / (0.12 * loads[1:])
         if law.kind == "dmt":
@@ -152,15 +152,15 @@ def test_rough_surfaces_that_no_figure_shows():
     one = hs.random_surface((256, 256), 1e-6, 0.1e-6, 20e-6, seed=3).summits(rule=9)
     depth = [approaches(load, one.height, one.radius, SOFT[0]) for load in found.normal_load.values]
     cell = found.sel(rms_height=0.1e-6).isel(seed=2)
-    assert cell.contact_area.values == pytest.approx(
+    assert cell.contact_area.values == approx(
         [np.pi * (one.radius * each).sum() for each in depth], rel=1e-6
     )
     ratio = SOFT[0] / (4 * SOFT[1])
-    assert cell.preliminary_displacement.values == pytest.approx(
+    assert cell.preliminary_displacement.values == approx(
         [0.2 * ratio * each.max() for each in depth], rel=1e-6
     )
     pull = 1.5 * np.pi * 2 * np.sqrt(44.1e-3 * 83.4e-3) * one.radius[depth[1] > 0].sum()
-    assert float(cell.adhesion) == pytest.approx(pull / 50e-3, rel=1e-6)
+    assert float(cell.adhesion) == approx(pull / 50e-3, rel=1e-6)
     area, friction = (
         table["power of the area over the load, 10 to 90 mN"],
         table["change of μ from 50 to 90 mN"],
@@ -201,7 +201,7 @@ def test_rough_surfaces_that_no_figure_shows():
     )
     small = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=5).summits(rule=9)
     own = displacement(50e-3, small.height, small.radius, 0.2, SOFT)
-    assert float(found.displacement_of_size.isel(side=0).sel(rms_height=1e-6)[4]) == pytest.approx(
+    assert float(found.displacement_of_size.isel(side=0).sel(rms_height=1e-6)[4]) == approx(
         own, rel=1e-6
     )
     assert len(functions["drawn"](found)) == 2
@@ -241,7 +241,7 @@ def test_textures_and_one_larger_asperity():
     one = displacement(
         10e-3, np.append(0.25e-6, np.zeros(63)), np.append(0.75e-6, np.full(63, 0.5e-6)), 0.5, HARD
     )
-    assert out[1] == pytest.approx(one * NANO, rel=1e-9)
+    assert out[1] == approx(one * NANO, rel=1e-9)
     repeats(
         "one larger asperity among equal ones decides (6.2.1)",
         f"at one level hardly, {level[0]:.2f} → {level[-1]:.2f} nm; standing out by .05, .25, 1.5 µm {listed(out)} nm",
@@ -279,7 +279,7 @@ def test_worn_pairs():
     )
 
 
-@pytest.mark.slow
+@mark.slow
 def test_maps_that_are_run_in():
     """Yielding, and wear, take the highest summits: δ and what maps differ by fall, radii rise."""
     found, functions = calculated("fig_5_23_to")
@@ -287,7 +287,7 @@ def test_maps_that_are_run_in():
     first = found.isel({"pass": 0}).sel(normal_load=5.0)
     elastic = found.elastic_displacement.sel(normal_load=5.0)
     surface = hs.random_surface((128, 128), 1e-6, 1.18e-6, 20e-6, seed=2).summits(rule=9)
-    assert float(elastic[1]) == pytest.approx(
+    assert float(elastic[1]) == approx(
         displacement(5.0, surface.height, surface.radius, 0.3, HARD), rel=1e-6
     )
     names = "preliminary_displacement", "touching_radius"
@@ -335,7 +335,7 @@ def test_misprints():
     right, own = 462.6 / (2 * 1.309), 205 / (2 * 1.312)
     high = [100 * (over_g(144.3) / each - 1) for each in (over_g(right), over_g(right, own))]
     glass = 100 * (over_g(144.3, 26, 0.2) / over_g(right, 26, 0.2) - 1)
-    assert hs.material("alumina").shear_modulus == pytest.approx(144.3e9)
+    assert hs.material("alumina").shear_modulus == approx(144.3e9)
     repeats(
         "Table B.1, G of sapphire",
         f"E/2(1 + ν) is {right:.1f} GPa: δ of chapter 6 is {high[0]:.1f} % too high, {high[1]:.1f} % with the same "

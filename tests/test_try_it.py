@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-import pytest
+from pytest import approx, fixture
 
 import historysim as hs
 
@@ -43,7 +43,7 @@ BROKEN = {
 }
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def page_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("site") / "try_it.html"
     path.write_text(try_it.render(), encoding="utf-8")
@@ -70,8 +70,8 @@ def test_dropped_files_are_computed_as_their_scenario_is(page_file, tmp_path, op
         expected = choose(page, "english.csv", ENGLISH)
         assert expected["message"] == ""
         assert expected["time"] == [0, 1, 2, 3]
-        assert expected["normal"] == pytest.approx([0.05, 0.05, 0.06, 0.04])
-        assert expected["displacement"] == pytest.approx([0, 1e-8, -4.5e-9, 8e-9])
+        assert expected["normal"] == approx([0.05, 0.05, 0.06, 0.04])
+        assert expected["displacement"] == approx([0, 1e-8, -4.5e-9, 8e-9])
         history = recomputed(expected, tmp_path)
         assert history.total_tangential_load.values.tolist() == expected["load"]
         for name, text, encoding in (
@@ -123,14 +123,14 @@ def test_a_path_is_drawn_by_mouse_and_by_keyboard_and_downloaded(page_file, tmp_
         # where the chart shows the point is where the pointer was
         mark = page.locator("[data-part=plane] .now").bounding_box()
         middle = np.array([mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2])
-        assert middle == pytest.approx(
+        assert middle == approx(
             [box["x"] + 0.4 * box["width"], box["y"] + 0.6 * box["height"]], abs=2
         )
         plane.press("ArrowRight")
         plane.press("ArrowUp")
         typed = page.evaluate(COMPUTED)
-        assert typed["displacement"][-1] == pytest.approx(drawn["displacement"][-1] + 6e-9)
-        assert typed["normal"][-1] == pytest.approx(drawn["normal"][-1] + 0.01)
+        assert typed["displacement"][-1] == approx(drawn["displacement"][-1] + 6e-9)
+        assert typed["normal"][-1] == approx(drawn["normal"][-1] + 0.01)
 
         page.get_by_label("contact", exact=True).select_option("drawn")
         page.get_by_label("radius (µm)").fill("10")

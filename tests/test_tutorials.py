@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pages
-import pytest
+from pytest import approx, fixture, importorskip, mark
 from scipy import optimize
 
 import historysim as hs
@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 TUTORIALS = ROOT / "scenarios" / "tutorials"
 
 
-@pytest.fixture
+@fixture
 def typed(tmp_path, monkeypatch):
     """Return what types a tutorial, and returns its names and the outputs of its commands, by command."""
     (tmp_path / "data").mkdir()
@@ -40,7 +40,7 @@ def test_0_one_asperity_has_the_stick_radii_of_cattaneo_and_mindlin(typed):
     changes = {"loaded": 8.0, "unloaded": 11.0 / 2, "reloaded": 7.0 / 2}
     for name, change in changes.items():
         ball = names["cases"][name]
-        assert ball.stick_radius / ball.contact_radius == pytest.approx(
+        assert ball.stick_radius / ball.contact_radius == approx(
             (1 - change / limit) ** (1 / 3), rel=1e-9
         )
     assert names["harder"].slip_state == hs.SlipState.FULL_STICK
@@ -49,7 +49,7 @@ def test_0_one_asperity_has_the_stick_radii_of_cattaneo_and_mindlin(typed):
     assert Path("ball.png").is_file()
 
 
-@pytest.mark.slow
+@mark.slow
 def test_1_from_a_measured_loop_to_each_asperity(typed):
     """The record is of a ball with μ = 0.2 behind 334 mN/µm."""
     names, outputs = typed("1_measured_loop.md")
@@ -58,8 +58,8 @@ def test_1_from_a_measured_loop_to_each_asperity(typed):
             r"^(friction|lateral_stiffness) +([0-9.]+)  ", outputs["fit ball.toml"], re.MULTILINE
         )
     )
-    assert float(fitted["friction"]) == pytest.approx(0.2, rel=1e-3)
-    assert float(fitted["lateral_stiffness"]) == pytest.approx(334e3, rel=0.02)
+    assert float(fitted["friction"]) == approx(0.2, rel=1e-3)
+    assert float(fitted["lateral_stiffness"]) == approx(334e3, rel=0.02)
     assert Path("ball_fitted.toml").is_file()
     assert Path("contact.png").is_file()
     assert 0.4 < float(names["shares"].slipping_area[names["step"]]) < 0.6
@@ -80,7 +80,7 @@ def test_2_the_stage_creeps_with_the_time_constant_of_the_spring(typed):
     slowest = roots[np.abs(roots).argmin()]
     assert slowest.imag == 0
     # the contact softens by some per cent on the way
-    assert names["constant"] == pytest.approx(-1 / slowest.real, rel=0.03)
+    assert names["constant"] == approx(-1 / slowest.real, rel=0.03)
     assert names["errors"][-1] < 0.01 * names["SET_POINT"]
 
 
@@ -96,7 +96,7 @@ def test_3_a_texture_is_chosen(typed):
         "texture.toml",
         {"surface.count": [[4, 4]], "surface.scaling": ["self-similar", "curvature-invariant"]},
     )
-    assert found.drift.values[0] == pytest.approx([one / 4, one / 16 ** (2 / 3)], rel=1e-9)
+    assert found.drift.values[0] == approx([one / 4, one / 16 ** (2 / 3)], rel=1e-9)
     assert (names["worst"].sel(surface_count="[8, 8]") < 5).all()
 
 
@@ -113,10 +113,10 @@ def test_4_a_surface_that_was_run_in_is_elastic_up_to_its_largest_load(typed):
     assert (names["grown"] > 1).all()
 
 
-@pytest.mark.slow
+@mark.slow
 def test_5_a_stage_drifts_once_and_its_unit_moves_as_in_python(typed):
     """The unit's force is that of the same places in one replay."""
-    pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
+    importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
     names, _ = typed("5_drift_of_a_stage.md")
     times = names["STEP"] * np.arange(1, len(names["positions"]) + 1)
     columns = zip(times.tolist(), names["normal_loads"], names["positions"], strict=True)
@@ -135,7 +135,7 @@ def test_6_a_load_along_y_lets_x_creep(typed):
     assert (np.diff(names["x"][1::3]) > 0).all()
 
 
-@pytest.mark.slow
+@mark.slow
 def test_6_the_creep_agrees_with_finer_rings(typed):
     """Twice the rings and classes, at a tenth of the tolerance."""
     names, _ = typed("6_two_directions.md")
@@ -154,7 +154,7 @@ def test_6_the_creep_agrees_with_finer_rings(typed):
         .values
     )
     # 1e-3 of μN over a stiffness of some 1 mN/nm
-    assert names["x"] == pytest.approx(x * 1e9, abs=0.05)
+    assert names["x"] == approx(x * 1e9, abs=0.05)
 
 
 def _noise_free_pair():
@@ -175,14 +175,14 @@ def _noise_free_pair():
 
 def test_7_the_worn_volume_and_the_displacements_agree_with_the_formula(typed):
     """Noise-free: the volume by summation, δ = θ μ (z_max - d) with d from Hertz by bisection."""
-    pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
+    importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
     names, outputs = typed("7_wear_and_drift.md")
     exact = _noise_free_pair()
     lost = np.nansum(exact[0] - exact[1]) * 1e-9 * (0.5e-6) ** 2
     wear = names["wear"]
-    assert lost == pytest.approx(76.505e-18, rel=1e-5)
+    assert lost == approx(76.505e-18, rel=1e-5)
     assert abs(wear.worn_volume - lost) < 2 * wear.worn_volume_error < 0.002 * lost
-    assert wear.shift == pytest.approx((3.2e-6, -1.85e-6), abs=4 * wear.shift_error)
+    assert wear.shift == approx((3.2e-6, -1.85e-6), abs=4 * wear.shift_error)
     pair, displacements = names["pair"], []
     for heights in exact:
         summits = hs.Surface(heights * 1e-9, 0.5e-6).summits()
@@ -193,19 +193,19 @@ def test_7_the_worn_volume_and_the_displacements_agree_with_the_formula(typed):
             return float((stiffness * depth**1.5).sum()) - 50e-3
 
         displacements.append(pair.displacement_ratio * 0.2 * optimize.brentq(excess, 0.0, 1e-6))
-    assert displacements == pytest.approx([23.17e-9, 5.29e-9], abs=0.01e-9)  # as the page states
+    assert displacements == approx([23.17e-9, 5.29e-9], abs=0.01e-9)  # as the page states
     typed_in = [
         names["histories"][name].contact.preliminary_displacement().values[0]
         for name in ("fresh", "worn")
     ]
-    assert typed_in == pytest.approx(displacements, abs=1e-9)
-    assert names["drift"][0] * 1e-9 == pytest.approx(displacements[0] - displacements[1], abs=1e-9)
+    assert typed_in == approx(displacements, abs=1e-9)
+    assert names["drift"][0] * 1e-9 == approx(displacements[0] - displacements[1], abs=1e-9)
     assert "worn volume              76.5 ± 0.041 µm³" in next(iter(outputs.values()))
     assert Path("lost.png").is_file()
     assert Path("wear.png").is_file()
 
 
-@pytest.mark.slow
+@mark.slow
 def test_8_a_fretting_record_gives_cycles_energy_and_stress(typed):
     """A loop beyond sliding at 50 N has 4 μN (3 µm - u) + 0.8 μN u, with u = θ μ δ; the load varies by a fifth."""
     names, outputs = typed("8_fretting_record.md")
@@ -214,12 +214,10 @@ def test_8_a_fretting_record_gives_cycles_energy_and_stress(typed):
     slip = ball.pair.displacement_ratio * 0.6 * ball.approach_at(50.0)
     large = names["closed"].dissipated_energy.values[names["size"] > 4e-6]
     expected = 4 * limit * (3e-6 - slip) + 0.8 * limit * slip
-    assert large == pytest.approx(expected, rel=0.1)
+    assert large == approx(expected, rel=0.1)
     cycles = names["cycles"].dissipated_energy.sum()
-    assert float(cycles) == pytest.approx(
-        float(names["history"].total_dissipated_energy[-1]), rel=1e-12
-    )
-    assert float(names["peak"].tensile_x) == pytest.approx(
+    assert float(cycles) == approx(float(names["history"].total_dissipated_energy[-1]), rel=1e-12)
+    assert float(names["peak"].tensile_x) == approx(
         float(names["some"].contact_radius.max()), rel=0.1
     )
     assert "*AMPLITUDE" in Path("rig.inp").read_text(encoding="utf-8")

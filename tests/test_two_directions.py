@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-import pytest
 from click.testing import CliRunner
 from golden import check_messages, refused
+from numpy.testing import assert_allclose, assert_array_equal
 from pairs import GLASS as PAIR
+from pytest import approx, fixture, mark, raises
 
 import historysim as hs
 from historysim.cli import main
@@ -73,9 +74,7 @@ def test_a_log_keeps_pairs_rings_and_snapshots(tmp_path):
     # the waypoint at which it forks breaks a path, whose tolerance is of the friction limit of some
     # 4 mN
     limit = 0.2 * job.state(3.5).normal_load
-    np.testing.assert_allclose(
-        fork.state().tangential_load, job.state(3.5).tangential_load, atol=1e-3 * limit
-    )
+    assert_allclose(fork.state().tangential_load, job.state(3.5).tangential_load, atol=1e-3 * limit)
     with refused("some tangential loads or displacements are one number"):
         fork.append(hs.TangentialDisplacement(9.0, 1e-9))
     assert log.state_dataset(2.5).tangential_load.dims == ("step", "asperity", "direction")
@@ -95,7 +94,7 @@ def test_a_load_beyond_the_limit_is_held_at_it_in_its_direction():
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, (3e-4, 4e-4))]
     held = hs.replay(ENSEMBLE, events, saturate=True).isel(step=-1)
     # along one line the limit is exact
-    np.testing.assert_allclose(held.total_tangential_load, [1.2e-4, 1.6e-4], rtol=1e-9)
+    assert_allclose(held.total_tangential_load, [1.2e-4, 1.6e-4], rtol=1e-9)
     assert held.saturated == 1
 
 
@@ -113,7 +112,7 @@ lateral_stiffness = ["300 mN/µm", "1 N/µm"]
 """
 
 
-@pytest.fixture
+@fixture
 def scenario(tmp_path):
     path = tmp_path / "plane.toml"
     path.write_text(SCENARIO + LOADING)
@@ -138,7 +137,7 @@ def test_a_scenario_and_a_record_give_equal_results(tmp_path, scenario):
         f'{SCENARIO}[loading]\nsubsteps = 2\nfile = "record.csv"\n{columns}\n{instrument}'
     )
     found = hs.run(measured)
-    np.testing.assert_allclose(
+    assert_allclose(
         found.total_tangential_load, expected.total_tangential_load, rtol=1e-9, atol=1e-12
     )
     run = CliRunner().invoke(main, ["run", str(scenario), "-o", str(tmp_path / "a.nc")])
@@ -188,7 +187,7 @@ COMMANDS = {
 }
 
 
-@pytest.mark.filterwarnings("ignore::UserWarning")
+@mark.filterwarnings("ignore::UserWarning")
 def test_every_command_supports_or_refuses_two_directions(tmp_path, scenario, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     hs.run(scenario, tmp_path / "plane.nc")
@@ -221,18 +220,18 @@ def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_
             )
             limit = one.friction * one.normal_load
             # a state is reached in other steps than a row, each of them settled to 1e-3
-            np.testing.assert_allclose(one.tangential_load, row.tangential_load, 0.0, 1e-3 * limit)
+            assert_allclose(one.tangential_load, row.tangential_load, 0.0, 1e-3 * limit)
             # of a Hertz pressure over a circle the integral is the load
             radius = one.contact_radius * np.sqrt((np.arange(20000) + 0.5) / 20000)
             load = one.traction(radius).mean(axis=0) * np.pi * one.contact_radius**2
             # the sum over the area is off by the square roots at the rings
-            np.testing.assert_allclose(load, one.tangential_load, 0.0, 1e-4 * limit)
+            assert_allclose(load, one.tangential_load, 0.0, 1e-4 * limit)
             share = np.hypot(*one.traction(radius).T) / (one.friction * one.pressure(radius))
             assert share.max() < 1 + 1e-3
             rings = one.superposition[0]
             slips = rings[(rings > one.stick_radius) & (rings < one.contact_radius)]
             at = np.hypot(*one.traction(slips).T) / (one.friction * one.pressure(slips))
-            np.testing.assert_allclose(at, 1.0, atol=1e-3)
+            assert_allclose(at, 1.0, atol=1e-3)
             ends += slips.size
     assert ends > 30
     apart = hs.replay(ensemble, [*events, hs.NormalDisplacement(7.0, -1e-9)], hold=False)
@@ -251,14 +250,14 @@ def test_a_stepper_of_two_directions_goes_as_advance_does():
         kept, state = stepper.save(), ensemble.advance(state, tangential_displacement=to)
     assert stepper.save() == state
     stepper.step(tangential_load=(1.0, 0.0))
-    assert np.hypot(*stepper.tangential_load) == pytest.approx(0.2 * 4e-3, rel=2e-3)
+    assert np.hypot(*stepper.tangential_load) == approx(0.2 * 4e-3, rel=2e-3)
     stepper.restore(kept)
-    np.testing.assert_array_equal(stepper.tangential_load, state.tangential_load)
+    assert_array_equal(stepper.tangential_load, state.tangential_load)
     other = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.3)
-    with pytest.raises(InputError):
+    with raises(InputError):
         stepper.restore(other.enter_plane(other.initial_state()))
     for wrong in ({"tangential_displacement": 1e-9}, {"tangential_displacement": (math.nan, 0.0)}):
-        with pytest.raises(InputError):
+        with raises(InputError):
             stepper.step(**wrong)
     assert stepper.save() == state
     with refused("the state has two tangential directions"):
@@ -292,13 +291,11 @@ def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
         history.total_tangential_load.values,
         history.tangential_displacement.values,
     )
-    np.testing.assert_allclose(
-        load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12
-    )
+    assert_allclose(load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12)
     # before its first waypoint x is free of load, and begins to be driven at the event before it
-    np.testing.assert_allclose(displacement[2:7, 0], [0, 4e-9, 8e-9, 0, -8e-9], atol=1e-16)
+    assert_allclose(displacement[2:7, 0], [0, 4e-9, 8e-9, 0, -8e-9], atol=1e-16)
     # x by load, y by displacement, and immediately x back to a displacement
-    np.testing.assert_allclose(displacement[-1], [2e-9, 9e-9], atol=1e-16)
+    assert_allclose(displacement[-1], [2e-9, 9e-9], atol=1e-16)
     state = ENSEMBLE.initial_state()
     for targets in (
         {"normal_load": 20e-3},
@@ -310,7 +307,7 @@ def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
     ):
         state = ENSEMBLE.advance(state, **targets)
     found = hs.Replay(ENSEMBLE, DEAD_WEIGHT, hold=False).state()
-    np.testing.assert_array_equal(found.tangential_load, state.tangential_load)
+    assert_array_equal(found.tangential_load, state.tangential_load)
     assert found.dissipated_energy == state.dissipated_energy
     log = hs.EventLog.create(tmp_path / "a.history", ENSEMBLE, DEAD_WEIGHT[:3])
     log.append(DEAD_WEIGHT[3:])
@@ -318,9 +315,7 @@ def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
     assert log.state(3.5) == hs.Replay(ENSEMBLE, DEAD_WEIGHT, hold=False).state(3.5)
     fork = log.fork(2.5, tmp_path / "b.history")
     limit = 0.2 * 20e-3
-    np.testing.assert_allclose(
-        fork.state().tangential_load, log.state(2.5).tangential_load, atol=1e-3 * limit
-    )
+    assert_allclose(fork.state().tangential_load, log.state(2.5).tangential_load, atol=1e-3 * limit)
     log.close()
     hs.run(tmp_path / "a.history", tmp_path / "a.nc")
     assert hs.verify(tmp_path / "a.nc")
@@ -350,7 +345,7 @@ waypoints = [
         hs.TangentialDisplacement(4.0, (5e-9, 1e-9)),
     ]
     history = hs.run(path)
-    np.testing.assert_allclose(history.total_tangential_load[1:3, 1], 3e-3, rtol=1e-9)
+    assert_allclose(history.total_tangential_load[1:3, 1], 3e-3, rtol=1e-9)
     for wrong, says in (
         ("{ x = 1, z = 2 }", "unknown key"),
         ('{ x = "1 N" }', "not a unit of a length"),

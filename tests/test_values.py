@@ -10,10 +10,10 @@ import re
 
 import attrs
 import numpy as np
-import pytest
 import synthetic
 import xarray as xr
 from pairs import GLASS as PAIR
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim import errors
@@ -228,8 +228,8 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("name", [*ERRORS, *VALUES])
+@mark.parametrize("way", WAYS)
+@mark.parametrize("name", [*ERRORS, *VALUES])
 def test_pickles_and_copies_are_equal(name, way):
     value, hard = (ERRORS | VALUES)[name](), name not in OF_ASPERITIES
     found = WAYS[way](value)
@@ -237,7 +237,7 @@ def test_pickles_and_copies_are_equal(name, way):
     assert taken_apart(found, hard=hard) == taken_apart(value, hard=hard)
 
 
-@pytest.mark.parametrize("way", WAYS)
+@mark.parametrize("way", WAYS)
 def test_a_scenario_that_is_pickled_or_copied_gives_the_same_history(way, tmp_path):
     loaded = scenario(tmp_path)
     found = WAYS[way](loaded)
@@ -250,11 +250,11 @@ def test_an_error_of_a_process_comes_with_its_numbers():
     state = made.advance(made.initial_state(), normal_load=0.05)
     with (
         Processes(1) as executor,
-        pytest.raises(hs.FrictionLimitError, match="beyond the friction limit") as caught,
+        raises(hs.FrictionLimitError, match="beyond the friction limit") as caught,
     ):
         executor.submit(made.advance, state, tangential_load=1.0).result()
-    assert caught.value.request == pytest.approx(1.0)
-    assert caught.value.limit == pytest.approx(0.01)
+    assert caught.value.request == approx(1.0)
+    assert caught.value.limit == approx(0.01)
 
 
 def modules(rooms):
@@ -339,8 +339,8 @@ def test_no_value_is_forgotten():
                 assert taken_apart(way(value), hard=False) == taken_apart(value, hard=False)
 
 
-@pytest.mark.parametrize(
-    ("request_", "limit", "texts"),
+@mark.parametrize(
+    "request_, limit, texts",
     [(3e-4, 2e-4, ("0.0003", "0.0002")), (3e-4 * (1 + 1e-9), 3e-4, ("0.0003000000003", "0.0003"))],
 )
 def test_a_load_beyond_the_limit_is_not_printed_like_it(request_, limit, texts):

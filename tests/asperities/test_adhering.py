@@ -2,8 +2,8 @@
 
 import math
 
-import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.asperities.adhering import adhering_asperities
@@ -25,9 +25,9 @@ def test_one_asperity_has_the_numbers_of_its_contact():
     found = adhering([0.0], radius, depth)
     load = 4 / 3 * 50e9 * math.sqrt(radius) * depth**1.5
     tabor = (radius * WORK**2 / (50e9**2 * SEPARATION**3)) ** (1 / 3)
-    np.testing.assert_allclose(found.normal_load, load, rtol=1e-12)
-    np.testing.assert_allclose(found.load_parameter, load / (math.pi * WORK * radius), rtol=1e-12)
-    np.testing.assert_allclose(found.maugis_parameter, 1.157 * tabor, rtol=1e-3)
+    assert_allclose(found.normal_load, load, rtol=1e-12)
+    assert_allclose(found.load_parameter, load / (math.pi * WORK * radius), rtol=1e-12)
+    assert_allclose(found.maugis_parameter, 1.157 * tabor, rtol=1e-3)
     # between the limits of DMT and JKR
     assert 1.5 < -found.pull_off_load[0] / (math.pi * WORK * radius) < 2
     assert found.regime[0] is Regime.MAUGIS
@@ -64,10 +64,8 @@ def test_a_scenario_takes_the_work_of_adhesion_from_its_materials(tmp_path):
         adhering_of(tmp_path),
         adhering_of(tmp_path, work=f"work_of_adhesion = {expected!r}"),
     )
-    np.testing.assert_allclose(by_energies.maugis_parameter, by_work.maugis_parameter, rtol=1e-12)
-    np.testing.assert_allclose(
-        by_energies.load_parameter, 50e-3 / (math.pi * expected * 2.5e-3), rtol=1e-9
-    )
+    assert_allclose(by_energies.maugis_parameter, by_work.maugis_parameter, rtol=1e-12)
+    assert_allclose(by_energies.load_parameter, 50e-3 / (math.pi * expected * 2.5e-3), rtol=1e-9)
     assert adhering_of(tmp_path, load=0) is None
 
 

@@ -7,11 +7,11 @@ import pickle
 from xml.etree import ElementTree as ET
 
 import numpy as np
-import pytest
 from golden import check_messages
 from histories import random_contact, random_moves
 from pairs import GLASS as PAIR
 from pairs import PLAIN
+from pytest import approx, mark, raises
 from scipy.integrate import quad
 
 import historysim as hs
@@ -94,8 +94,8 @@ def test_reversal_points_stand_from_the_edge_inward_with_their_displacements():
     made = [mindlin.tangential_displacement(loads[0], **ELASTIC)]
     for before, after in itertools.pairwise(loads[:-1]):
         made.append(made[-1] + 2 * mindlin.tangential_displacement((after - before) / 2, **ELASTIC))
-    assert points.radius == pytest.approx(radii[::-1], rel=1e-13)
-    assert points.displacement == pytest.approx(made[::-1], rel=1e-12)
+    assert points.radius == approx(radii[::-1], rel=1e-13)
+    assert points.displacement == approx(made[::-1], rel=1e-12)
     assert np.all(np.diff(points.radius) < 0)
     assert points[0].radius == points.radius[0]
 
@@ -114,7 +114,7 @@ def test_a_reversal_out_of_gross_slip_has_no_stick_radius():
     assert point.tolist() == [(0.0, 1e-6)]
 
 
-@pytest.mark.parametrize("part", [1.2, 0.97])
+@mark.parametrize("part", [1.2, 0.97])
 def test_a_normal_load_that_leaves_its_front_in_contact_leaves_a_reversal(part):
     turned = state_at(0.9, -0.3)
     made = BALL.asperity(0, turned).reversal_points
@@ -144,7 +144,7 @@ def test_each_asperity_of_a_group_remembers_the_reversals_that_it_was_there_for(
         state = ensemble.advance(state, tangential_displacement=target)
     found = [ensemble.asperity(i, state) for i in range(3)]
     # at the reversal the second and the third asperity slid as a whole
-    assert [reversals(asperity) for asperity in found] == [[pytest.approx(0.8 * slide)]] * 2 + [[]]
+    assert [reversals(asperity) for asperity in found] == [[approx(0.8 * slide)]] * 2 + [[]]
     assert found[0].reversal_points.radius > 0
     assert found[1].reversal_points.radius == 0
 
@@ -172,13 +172,13 @@ def integrated(asperity):
     return total
 
 
-@pytest.mark.parametrize("several", [False, True])
+@mark.parametrize("several", [False, True])
 def test_the_traction_integrates_to_the_load_and_obeys_coulomb(several):
     ensemble, states = scattered_states(several)
     for state in states:
         for asperity in (ensemble.asperity(i, state) for i in range(len(ensemble))):
             limit = asperity.friction * asperity.normal_load
-            assert integrated(asperity) == pytest.approx(
+            assert integrated(asperity) == approx(
                 asperity.tangential_load, abs=1e-7 * limit + 1e-15
             )
             r = np.linspace(0, 1.2 * asperity.contact_radius, 50)
@@ -189,7 +189,7 @@ def test_the_traction_integrates_to_the_load_and_obeys_coulomb(several):
             assert not asperity.traction(r[r > asperity.contact_radius]).any()
 
 
-@pytest.mark.parametrize("turns", [(0.5,), (0.9, 0.2), (0.9, -0.3, 0.4)])
+@mark.parametrize("turns", [(0.5,), (0.9, 0.2), (0.9, -0.3, 0.4)])
 def test_the_stiffness_is_the_slope_of_the_load(turns):
     state = state_at(*turns)
     ball = BALL.asperity(0, state)
@@ -203,8 +203,8 @@ def test_the_stiffness_is_the_slope_of_the_load(turns):
     ]
     # one-sided, second order; the remainder is the third derivative and rounding over the step
     slope = (-3 * loads[0] + 4 * loads[1] - loads[2]) / (2 * step)
-    assert ball.tangential_stiffness == pytest.approx(slope, rel=1e-8)
-    assert ball.tangential_stiffness == pytest.approx(
+    assert ball.tangential_stiffness == approx(slope, rel=1e-8)
+    assert ball.tangential_stiffness == approx(
         8 * PAIR.shear_modulus * ball.stick_radius, rel=4 * EPS
     )
 
@@ -239,7 +239,7 @@ def answers(asperity):
     return found | {"tangential_load": np.asarray(asperity.tangential_load).tobytes()}
 
 
-@pytest.mark.parametrize("seed", range(2))
+@mark.parametrize("seed", range(2))
 def test_an_asperity_by_itself_has_the_bits_of_an_ensemble_of_one(seed):
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 1)._replace(contact_modulus=2.0, shear_modulus=0.3)
@@ -259,7 +259,7 @@ def test_an_asperity_by_itself_has_the_bits_of_an_ensemble_of_one(seed):
         assert answers(last) == before
         assert alone.state == state
         assert answers(alone) == answers(ensemble.asperity(0, state))
-        assert alone.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
+        assert alone.tangential_load == approx(state.tangential_load, rel=1e-12)
 
 
 def test_along_a_line_in_the_plane_reversal_points_are_vectors():
@@ -270,17 +270,17 @@ def test_along_a_line_in_the_plane_reversal_points_are_vectors():
         plane = plane.advance(tangential_load=tuple(share * LIMIT * direction))
     assert plane.has_moved_straight
     points = plane.reversal_points
-    assert points.radius == pytest.approx(flat.reversal_points.radius, rel=1e-12)
+    assert points.radius == approx(flat.reversal_points.radius, rel=1e-12)
     expected = np.multiply.outer(flat.reversal_points.displacement, direction)
-    assert points.displacement == pytest.approx(expected, rel=1e-12)
-    assert plane.history.tangential_load == pytest.approx(
+    assert points.displacement == approx(expected, rel=1e-12)
+    assert plane.history.tangential_load == approx(
         np.multiply.outer(flat.history.tangential_load, direction)
     )
 
 
 def test_the_slip_annulus_is_from_the_stick_radius_to_the_edge():
     assert ball_at(0.5).slip_annulus == (
-        pytest.approx(RADIUS * 0.5 ** (1 / 3)),
+        approx(RADIUS * 0.5 ** (1 / 3)),
         ball_at().contact_radius,
     )
     assert ball_at().slip_annulus == (ball_at().contact_radius,) * 2
@@ -297,15 +297,13 @@ def test_steps_are_remembered_until_they_are_wiped_out():
     for share in (0.9, -0.7, 0.5, -0.2):
         ball = ball.advance(tangential_load=share * LIMIT)
     # as many reversals as turns, the last step is now
-    assert loads(ball) == [
-        (LOAD, pytest.approx(share * LIMIT)) for share in (0.0, 0.9, -0.7, 0.5, -0.2)
-    ]
+    assert loads(ball) == [(LOAD, approx(share * LIMIT)) for share in (0.0, 0.9, -0.7, 0.5, -0.2)]
     assert ball.history.tangential_displacement[1:-1].tolist() == reversals(ball)
     # the two inner loops close
     closed = ball.advance(tangential_load=-0.71 * LIMIT)
-    assert loads(closed) == [(LOAD, pytest.approx(share * LIMIT)) for share in (0.0, 0.9, -0.71)]
+    assert loads(closed) == [(LOAD, approx(share * LIMIT)) for share in (0.0, 0.9, -0.71)]
     slid = closed.advance(tangential_displacement=-1e-6)
-    assert loads(slid) == [(LOAD, 0.0), (LOAD, pytest.approx(-LIMIT))]
+    assert loads(slid) == [(LOAD, 0.0), (LOAD, approx(-LIMIT))]
     assert loads(slid.advance(normal_load=0.0)) == [(0.0, 0.0)]
 
 
@@ -314,14 +312,14 @@ def test_a_normal_load_is_remembered_while_its_contact_edge_is():
     raised = ball.advance(normal_load=2 * LOAD)
     assert loads(raised) == [
         (LOAD, 0.0),
-        (LOAD, pytest.approx(0.3 * LIMIT)),
-        (2 * LOAD, pytest.approx(0.3 * LIMIT)),
+        (LOAD, approx(0.3 * LIMIT)),
+        (2 * LOAD, approx(0.3 * LIMIT)),
     ]
     lowered = raised.advance(normal_load=0.9 * LOAD)
     assert [normal for normal, _ in loads(lowered)] == [0.9 * LOAD]
 
 
-@pytest.mark.parametrize("planar", [False, True])
+@mark.parametrize("planar", [False, True])
 def test_an_asperity_is_pickled_with_its_memory(planar):
     ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD)
     ball = ball.advance(tangential_load=(0.5 * LIMIT, 0.1 * LIMIT) if planar else 0.5 * LIMIT)
@@ -342,7 +340,7 @@ def test_an_asperity_is_pickled_with_its_memory(planar):
     )
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "targets", [{}, {"normal_load": LOAD}, {"normal_load": LOAD, "tangential_load": (1e-3, 2e-3)}]
 )
 def test_a_notebook_shows_the_traction(targets):
@@ -376,7 +374,7 @@ def two():
     return ensemble.asperities(ensemble.advance(ensemble.initial_state(), normal_load=LOAD))
 
 
-@pytest.mark.parametrize("several", [False, True])
+@mark.parametrize("several", [False, True])
 def test_all_asperities_are_a_sequence_of_the_same_ones(several):
     ensemble, states = scattered_states(several)
     for state in states[::4]:
@@ -388,7 +386,7 @@ def test_all_asperities_are_a_sequence_of_the_same_ones(several):
         assert [each.index for each in found[1:4]] == [1, 2, 3]
         assert [each.index for each in found[::-2]] == [5, 3, 1]
         assert answers(found[-1]) == answers(ensemble.asperity(len(ensemble) - 1, state))
-        with pytest.raises(IndexError, match="asperity 6 of 6; expected -6 to 5"):
+        with raises(IndexError, match="asperity 6 of 6; expected -6 to 5"):
             found[6]
 
 

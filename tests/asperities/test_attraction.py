@@ -1,8 +1,8 @@
 import pickle
 
 import numpy as np
-import pytest
 from golden import check_messages, refused
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.measured.fit_model import build_model
@@ -33,27 +33,27 @@ def external_load(ensemble, approach):
 def test_one_sphere_snaps_in_and_is_pulled_off():
     ball = sphere()
     state = ball.advance(ball.initial_state(), normal_load=0.0)
-    assert state.approach == pytest.approx(
+    assert state.approach == approx(
         ((3 * PULL / (4 * MODULUS)) ** 2 / RADIUS) ** (1 / 3), rel=1e-12
     )
     contact = ball.asperity(0, state).contact_radius
-    assert contact == pytest.approx((3 * PULL * RADIUS / (4 * MODULUS)) ** (1 / 3), rel=1e-12)
-    assert (state.normal_load, state.attraction) == pytest.approx((0.0, PULL), abs=1e-12 * PULL)
+    assert contact == approx((3 * PULL * RADIUS / (4 * MODULUS)) ** (1 / 3), rel=1e-12)
+    assert (state.normal_load, state.attraction) == approx((0.0, PULL), abs=1e-12 * PULL)
     # ∫ (F - P) dd up to P = F
     assert (state.jumps, state.jump_energy) == (
         1,
-        pytest.approx(0.6 * PULL * state.approach, rel=1e-9),
+        approx(0.6 * PULL * state.approach, rel=1e-9),
     )
     held = ball.advance(state, tangential_load=0.999 * FRICTION * PULL)
-    assert held.tangential_load == pytest.approx(0.999 * FRICTION * PULL, rel=1e-12)
+    assert held.tangential_load == approx(0.999 * FRICTION * PULL, rel=1e-12)
     pulled = ball.advance(state, normal_load=-PULL)
-    assert pulled.normal_load == pytest.approx(-PULL, rel=1e-8)
-    assert ball.pull_off(state.approach) == (pytest.approx(-PULL, rel=1e-12), 0.0)
+    assert pulled.normal_load == approx(-PULL, rel=1e-8)
+    assert ball.pull_off(state.approach) == (approx(-PULL, rel=1e-12), 0.0)
     apart = ball.advance(pulled, normal_displacement=-1e-9)
     assert (apart.normal_load, apart.attraction, apart.contact_load) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@mark.parametrize("seed", range(5))
 def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
     ensemble = rough(seed)
     deepest = ensemble.resolve(0.0, 60 * PULL)[1]
@@ -72,11 +72,11 @@ def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
         met = later & ((load >= target) if rises else (load <= target))
         expected = fine[met][0 if rises else -1]
         here = ensemble.highest_summit - history.separation[step].item()
-        assert here == pytest.approx(expected, abs=2 * deepest / 400_000)
-        assert history.total_normal_load[step].item() == pytest.approx(target, abs=1e-9 * PULL)
+        assert here == approx(expected, abs=2 * deepest / 400_000)
+        assert history.total_normal_load[step].item() == approx(target, abs=1e-9 * PULL)
         pull = 2 * np.pi * WORK * ensemble.summit_radius[ensemble.first_touch < here].sum()
-        assert history.total_attraction[step].item() == pytest.approx(pull, rel=1e-12)
-    assert ensemble.pull_off(deepest)[0] == pytest.approx(load.min(), rel=1e-4)
+        assert history.total_attraction[step].item() == approx(pull, rel=1e-12)
+    assert ensemble.pull_off(deepest)[0] == approx(load.min(), rel=1e-4)
 
 
 def test_energy_is_balanced_over_a_loop_of_the_normal_load():
@@ -112,7 +112,7 @@ def test_energy_is_balanced_over_a_loop_of_the_normal_load():
     ]
     assert len(after) >= len(before)
     assert state.jumps > start.jumps
-    assert state.jump_energy - start.jump_energy == pytest.approx(
+    assert state.jump_energy - start.jump_energy == approx(
         work - (elastic[1] - elastic[0]), rel=1e-3
     )
 
@@ -137,11 +137,11 @@ def test_the_tangential_memory_is_that_of_the_contact_without_attraction():
     ):
         assert first[name].values.tobytes() == second[name].values.tobytes()
     difference = second.total_normal_load - first.total_normal_load
-    assert difference.values == pytest.approx(first.total_attraction.values, rel=1e-9)
+    assert difference.values == approx(first.total_attraction.values, rel=1e-9)
 
 
-@pytest.mark.parametrize("held", ["tangential_load", "tangential_displacement"])
-@pytest.mark.parametrize("seed", [1, 2])
+@mark.parametrize("held", ["tangential_load", "tangential_displacement"])
+@mark.parametrize("seed", [1, 2])
 def test_two_directions_are_those_of_the_contact_under_both_loads(held, seed):
     """A sphere under N and F; a snap-in is a straight path in approach and displacement."""
     rings = hs.Rings(8, 12)
@@ -159,16 +159,16 @@ def test_two_directions_are_those_of_the_contact_under_both_loads(held, seed):
         load, goal = PULL * random.uniform(-0.3, 3.0), tuple(random.uniform(-1, 1, 2) * reach)
         attracted = ball.advance(attracted, normal_load=load, saturate=True, **{held: goal})
         pressed = plain.advance(pressed, normal_load=load + PULL, saturate=True, **{held: goal})
-        assert attracted.contact_load == pytest.approx(pressed.normal_load, rel=1e-9)
+        assert attracted.contact_load == approx(pressed.normal_load, rel=1e-9)
         for name in ("tangential_load", "tangential_displacement"):
             found, expected = (np.array(getattr(state, name)) for state in (attracted, pressed))
             scale = FRICTION * pressed.normal_load if name == "tangential_load" else 4e-10
-            assert found == pytest.approx(expected, abs=2e-3 * scale)
+            assert found == approx(expected, abs=2e-3 * scale)
     assert attracted.jumps == 1
     assert np.hypot(*attracted.tangential_load) <= FRICTION * attracted.contact_load * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("substeps", [1, 7])
+@mark.parametrize("substeps", [1, 7])
 def test_a_ramp_of_both_loads_crosses_jumps(substeps):
     ensemble = rough()
     events = [
@@ -180,15 +180,15 @@ def test_a_ramp_of_both_loads_crosses_jumps(substeps):
     events += [hs.NormalLoad(2, 8 * PULL), hs.TangentialLoad(2, -2 * PULL)]
     history = hs.replay(ensemble, events, substeps=substeps)
     time = history.time.values
-    assert history.total_normal_load.values == pytest.approx(
+    assert history.total_normal_load.values == approx(
         np.interp(time, [0, 1, 2], [5 * PULL, 40 * PULL, 8 * PULL]), rel=1e-9
     )
     wanted = np.interp(time, [0, 1, 2], [0, 4 * PULL, -2 * PULL])
-    assert history.total_tangential_load.values == pytest.approx(wanted, abs=1e-9 * PULL)
+    assert history.total_tangential_load.values == approx(wanted, abs=1e-9 * PULL)
     assert (np.diff(history.jumps) >= 0).all()
     assert history.jumps[-1] == hs.replay(ensemble, events).jumps[-1]
     whole = hs.replay(ensemble, events).total_dissipated_energy[-1].item()
-    assert history.total_dissipated_energy[-1].item() == pytest.approx(whole, rel=1e-5)
+    assert history.total_dissipated_energy[-1].item() == approx(whole, rel=1e-5)
 
 
 def test_a_log_a_state_and_a_pickle_hold_the_attraction(tmp_path):
@@ -205,14 +205,12 @@ def test_a_log_a_state_and_a_pickle_hold_the_attraction(tmp_path):
         assert again[name].values.tobytes() == direct[name].values.tobytes()
     state = pickle.loads(pickle.dumps(hs.Replay(ensemble, events).state()))
     copy = pickle.loads(pickle.dumps(ensemble))
-    assert copy.advance(state, tangential_load=0.0).normal_load == pytest.approx(
-        9 * PULL, rel=1e-12
-    )
+    assert copy.advance(state, tangential_load=0.0).normal_load == approx(9 * PULL, rel=1e-12)
 
 
 def test_the_force_of_a_meniscus():
     meniscus = hs.attraction.Meniscus(surface_tension=0.072, contact_angles=(np.pi / 3, np.pi / 2))
-    assert meniscus.forces(np.array([RADIUS])) == pytest.approx(
+    assert meniscus.forces(np.array([RADIUS])) == approx(
         2 * np.pi * RADIUS * 0.072 * 0.5, rel=1e-12
     )
 
@@ -241,12 +239,12 @@ def test_a_scenario_has_the_section(tmp_path):
         encoding="utf-8",
     )
     history = hs.run(path)
-    assert history.total_normal_load.values == pytest.approx([0.0, -1e-6], abs=1e-18)
+    assert history.total_normal_load.values == approx([0.0, -1e-6], abs=1e-18)
     assert history.attrs["attraction_law"].startswith("DMT")
 
 
-@pytest.mark.parametrize(
-    ("given", "reason"),
+@mark.parametrize(
+    "given, reason",
     [
         (
             {"kind": "sphere", "more": "", "law": 'law = "jkr"\nwork_of_adhesion = 0.05'},
@@ -269,8 +267,8 @@ def test_a_scenario_is_refused_with_the_reason(tmp_path, given, reason):
         hs.run(path)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("held", [hs.TangentialLoad, hs.TangentialDisplacement])
+@mark.parametrize("seed", [1, 2, 3])
+@mark.parametrize("held", [hs.TangentialLoad, hs.TangentialDisplacement])
 def test_shortest_histories_lead_to_the_same_place(seed, held):
     ensemble, random = rough(seed), np.random.default_rng(seed)
     reach = PULL if held is hs.TangentialLoad else 2e-9
@@ -288,10 +286,10 @@ def test_shortest_histories_lead_to_the_same_place(seed, held):
         for name in ("approach", "normal_load", "tangential_displacement", "tangential_load"):
             scale = {"approach": 1e-9, "tangential_displacement": 1e-9}.get(name, PULL)
             expected = getattr(end, name)
-            assert getattr(reached, name) == pytest.approx(expected, rel=1e-9, abs=1e-9 * scale)
+            assert getattr(reached, name) == approx(expected, rel=1e-9, abs=1e-9 * scale)
         onward = {"normal_displacement": 1.1 * end.approach, "tangential_displacement": -1e-9}
         first, second = (ensemble.advance(state, **onward) for state in (end, reached))
-        assert second.tangential_load == pytest.approx(first.tangential_load, rel=1e-8)
+        assert second.tangential_load == approx(first.tangential_load, rel=1e-8)
 
 
 def test_reasons_name_attraction():
@@ -312,8 +310,8 @@ def test_the_pull_off_of_a_history_and_its_picture():
         ensemble, [hs.NormalDisplacement(float(k), depth) for k, depth in enumerate(depths)]
     )
     curve = history.contact.pull_off(points=2001)
-    assert curve.attrs["pull_off_load"] == pytest.approx(curve.normal_load.values.min(), rel=1e-9)
-    assert curve.normal_load.values == pytest.approx(
+    assert curve.attrs["pull_off_load"] == approx(curve.normal_load.values.min(), rel=1e-9)
+    assert curve.normal_load.values == approx(
         external_load(ensemble, curve.approach.values), rel=1e-9, abs=1e-9 * PULL
     )
     assert history.total_normal_load.values.min() >= curve.attrs["pull_off_load"]
@@ -336,7 +334,7 @@ def test_loops_say_that_their_coefficient_leaves_attraction_out():
     history = hs.replay(ball, [hs.NormalLoad(0.0, PULL), *drive], substeps=100)
     loops = hs.loops(history)
     # the contact slides at μ times the load from outside and the attraction together
-    assert loops.friction_coefficient == pytest.approx(2 * FRICTION, rel=1e-6)
+    assert loops.friction_coefficient == approx(2 * FRICTION, rel=1e-6)
     note = dict(loops.summary())["friction coefficient"]
     assert (
         note == "is over the load from outside alone; the asperities attract, with up to 3.142 µN"

@@ -1,9 +1,10 @@
 """Independent contacts, in batches: each is that of an ensemble of one asperity."""
 
 import numpy as np
-import pytest
 from golden import check_messages
+from numpy.testing import assert_array_equal
 from pairs import PLAIN as PAIR
+from pytest import approx, mark, raises
 
 import historysim as hs
 
@@ -24,7 +25,7 @@ def random_walk(rng, count, steps):
     return approach, displacement
 
 
-@pytest.mark.parametrize("seed", range(2))
+@mark.parametrize("seed", range(2))
 def test_each_contact_is_an_ensemble_of_one_asperity(seed):
     rng = np.random.default_rng(seed)
     count, steps = 12, 60
@@ -44,9 +45,9 @@ def test_each_contact_is_an_ensemble_of_one_asperity(seed):
                 normal_displacement=approach[k, i],
                 tangential_displacement=displacement[k, i],
             )
-            assert loads[0, k, i] == pytest.approx(state.normal_load, rel=1e-13)
+            assert loads[0, k, i] == approx(state.normal_load, rel=1e-13)
             # rounding of the displacements, with the greatest stiffness
-            assert loads[1, k, i] == pytest.approx(
+            assert loads[1, k, i] == approx(
                 state.tangential_load, abs=1e-13 * 4 * radius.max() * 0.1**1.5
             )
 
@@ -62,12 +63,12 @@ def test_a_deep_memory_finds_room():
     for displacement in way:
         batch.step(np.full(3, 0.1), np.array([0.0, displacement, 0.0]))
     state, _ = single.advance_many(state, tangential_displacement=way)
-    assert batch.tangential_load[1] == pytest.approx(state.tangential_load, rel=1e-11)
+    assert batch.tangential_load[1] == approx(state.tangential_load, rel=1e-11)
     assert len(state.vertices()) > turns
     for displacement in (way[-41], way[-141]):
         batch.step(np.full(3, 0.1), np.array([0.0, displacement, 0.0]))
         state = single.advance(state, tangential_displacement=displacement)
-        assert batch.tangential_load[1] == pytest.approx(state.tangential_load, rel=1e-11)
+        assert batch.tangential_load[1] == approx(state.tangential_load, rel=1e-11)
     assert batch.tangential_load[0] == batch.tangential_load[2] == 0
     assert "3 touch" in repr(batch)
 
@@ -79,10 +80,10 @@ def test_a_batch_is_saved_restored_and_made_new():
     batch.step([0.12, 0.1], [-0.05, 0.05])
     assert np.all(batch.tangential_load != loads)
     batch.restore(kept)
-    np.testing.assert_array_equal(batch.tangential_load, loads)
+    assert_array_equal(batch.tangential_load, loads)
     batch.step([0.1, 0.1], [0.01, 0.02])
-    np.testing.assert_array_equal(batch.tangential_load, loads)
-    np.testing.assert_array_equal(kept.tangential_load, loads)
+    assert_array_equal(batch.tangential_load, loads)
+    assert_array_equal(kept.tangential_load, loads)
     batch.forget(1)
     assert (batch.tangential_load[1], batch.normal_load[1]) == (0, 0)
     assert batch.tangential_load[0] == loads[0]
@@ -110,7 +111,7 @@ def test_arrays_that_the_library_takes_as_they_are_and_others_give_the_same_bits
         assert (batch.normal_load.tolist(), batch.tangential_load.tolist()) == loads[-1]
         saved.restore(batch)
         assert saved.normal_load.tolist() == loads[-1][0]
-        with pytest.raises(hs.InputError, match=r"tangential_displacement\[1\] is nan"):
+        with raises(hs.InputError, match=r"tangential_displacement\[1\] is nan"):
             batch.step(approach[0], np.array([0.0, np.nan, 0, 0, 0, 0]))
     assert all(each == loads[0] for each in loads)
 

@@ -1,7 +1,8 @@
 import numpy as np
-import pytest
 from golden import check_messages
+from numpy.testing import assert_allclose
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark, param, raises
 
 import historysim as hs
 
@@ -33,7 +34,7 @@ def random_moves(rng, approach, count=30):
     return events
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def asperities():
     rng = np.random.default_rng(1)
     height, radius = -np.abs(rng.normal(size=60)) * 0.02, rng.uniform(0.5, 1.0, 60)
@@ -95,8 +96,8 @@ def errors(curve, noise, rng):
     return curves.error(), float(true)
 
 
-@pytest.mark.parametrize("name", CURVES)
-@pytest.mark.parametrize("rows", ["even", "logarithmic"])
+@mark.parametrize("name", CURVES)
+@mark.parametrize("rows", ["even", "logarithmic"])
 def test_a_convex_curve_is_met_at_its_rows_and_obeys_the_superposition(name, rows):
     curve, approach = CURVES[name], rows_of(rows, 60, np.random.default_rng(1))
     table = hs.Patches.from_normal_curves(PAIR, approach, curve(approach), friction=0.5)
@@ -114,11 +115,11 @@ def test_a_convex_curve_is_met_at_its_rows_and_obeys_the_superposition(name, row
     half = 0.5 * (curve(np.array([depth])) - curve(np.array([depth - 0.6 * moved])))[0]
     assert abs(back.tangential_load - (expected - 2 * half)) < 1.5 * error
     closed = table.advance(back, tangential_displacement=0.5 * moved)
-    assert closed.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
+    assert closed.tangential_load == approx(state.tangential_load, rel=1e-12)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("noise", [0.0, 1e-4, 3e-3, 1e-2])
+@mark.slow
+@mark.parametrize("noise", [0.0, 1e-4, 3e-3, 1e-2])
 def test_ninety_five_of_a_hundred_errors_are_within_the_estimate(noise):
     rng = np.random.default_rng(3)
     found = np.array([errors(curve, noise, rng) for curve in CURVES.values() for _ in range(5)])
@@ -143,11 +144,11 @@ def test_the_energy_lost_at_knots_and_between_them_is_the_work_of_a_closed_loop(
         energy = history["total_dissipated_energy"].values
         loop = slice(-1601, None, 800)
         # the trapezoidal rule leaves some 1/400² of it, and as much where slip begins immediately
-        np.testing.assert_allclose(np.diff(energy[loop]), np.diff(work[loop]), rtol=1e-3)
+        assert_allclose(np.diff(energy[loop]), np.diff(work[loop]), rtol=1e-3)
         assert np.diff(energy).min() > -1e-15 * energy[-1]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@mark.parametrize("seed", range(2))
 def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_jumps(seed):
     rng = np.random.default_rng(seed)
     touch = np.append(0.0, np.sort(rng.uniform(0, 0.1, 8)))
@@ -160,12 +161,10 @@ def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_ju
         hs.replay(table, events, substeps=each)["total_dissipated_energy"].values
         for each in (1, 50)
     )
-    np.testing.assert_allclose(
-        whole, parts[np.arange(1, whole.size + 1) * 50 - 50], rtol=1e-10, atol=1e-16
-    )
+    assert_allclose(whole, parts[np.arange(1, whole.size + 1) * 50 - 50], rtol=1e-10, atol=1e-16)
 
 
-@pytest.mark.parametrize("shape", [pytest.param((5000, 1e-4), marks=pytest.mark.slow), (40, 2e-2)])
+@mark.parametrize("shape", [param((5000, 1e-4), marks=mark.slow), (40, 2e-2)])
 def test_measured_curves_of_any_length_are_taken(shape):
     count, noise = shape
     rng, approach = np.random.default_rng(7), np.linspace(0, 0.1, count + 1)[1:]
@@ -181,7 +180,7 @@ def test_noise_that_is_given_is_the_noise():
     table = hs.Patches.from_normal_curves(
         PAIR, APPROACH[1:], np.abs(load), friction=0.5, noise=noise
     )
-    np.testing.assert_allclose(table.curves.noise, noise)
+    assert_allclose(table.curves.noise, noise)
     assert table.curves.residual < 4e-3
 
 
@@ -210,20 +209,18 @@ def test_parts_of_patches_agree_with_the_superposition(tabulated):
             state, normal_displacement=approach, tangential_displacement=displacement
         )
     found, load = tabulated.superposition(state), tabulated.curves.load
-    assert found.normal @ load.sum(axis=1) == pytest.approx(state.normal_load, rel=1e-12)
-    assert found.tangential @ load.sum(axis=1) == pytest.approx(state.tangential_load, rel=1e-10)
+    assert found.normal @ load.sum(axis=1) == approx(state.normal_load, rel=1e-12)
+    assert found.tangential @ load.sum(axis=1) == approx(state.tangential_load, rel=1e-10)
     events = [hs.NormalDisplacement(0, 0.07), hs.TangentialDisplacement(0, 0.02)]
     events += [hs.NormalDisplacement(1, 0.05), hs.TangentialDisplacement(1, -0.01)]
     events += [hs.NormalDisplacement(2, 0.05), hs.TangentialDisplacement(2, 0.012)]
     events += [hs.NormalDisplacement(3, 0.06), hs.TangentialDisplacement(3, 0.0)]
     row = hs.replay(tabulated, events, record="all").isel(step=-1)
-    np.testing.assert_allclose(row["normal_load"], found.normal @ load, rtol=1e-9, atol=1e-15)
-    np.testing.assert_allclose(
-        row["tangential_load"], found.tangential @ load, rtol=1e-9, atol=1e-15
-    )
+    assert_allclose(row["normal_load"], found.normal @ load, rtol=1e-9, atol=1e-15)
+    assert_allclose(row["tangential_load"], found.tangential @ load, rtol=1e-9, atol=1e-15)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def tabulated(asperities):
     approach = np.linspace(0.0, 0.08, 61)
     depth = np.clip(approach[:, None] + asperities.summit_height, 0, None)
@@ -241,23 +238,21 @@ def test_hertz_as_a_table_is_hertz():
     given = hs.replay(table, EVENTS, substeps=5, hold=False)
     expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), EVENTS, substeps=5, hold=False)
     for name in set(given.data_vars) & set(expected.data_vars):
-        np.testing.assert_allclose(given[name], expected[name], rtol=1e-9, atol=1e-15, err_msg=name)
-    np.testing.assert_allclose(
-        given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12
-    )
+        assert_allclose(given[name], expected[name], rtol=1e-9, atol=1e-15, err_msg=name)
+    assert_allclose(given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12)
 
 
 def test_an_approach_is_found_beyond_what_the_first_element_alone_would_carry():
     table = hs.Patches.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
     for approach in (0.01, 0.05, 0.0999):
         load = pressing(np.array([approach])).sum()
-        assert table.approach_at(load) == pytest.approx(approach, rel=1e-5)
+        assert table.approach_at(load) == approx(approach, rel=1e-5)
 
 
 def test_first_touch_and_count_of_patches():
     load = np.stack([HERTZ, np.clip(APPROACH - 0.05, 0, None) ** 1.5], axis=1)
     table = hs.Patches.from_normal_curves(PAIR, APPROACH, load, friction=0.5, x=[0, 1], y=[0, 0])
-    np.testing.assert_allclose(table.first_touch, [0.0, 0.05])
+    assert_allclose(table.first_touch, [0.0, 0.05])
     history = hs.replay(
         table, [hs.NormalDisplacement(0, 0.04), hs.NormalDisplacement(1, 0.09)], record="all"
     )
@@ -273,7 +268,7 @@ def rising(**change):
 
 
 def test_patches_share_one_friction(tabulated):
-    with pytest.raises(hs.InputError, match="one number"):
+    with raises(hs.InputError, match="one number"):
         tabulated.advance(tabulated.initial_state(), normal_load=0.01, friction=[0.1] * 60)
 
 

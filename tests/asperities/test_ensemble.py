@@ -6,11 +6,11 @@ import math
 import weakref
 
 import numpy as np
-import pytest
 from golden import check_messages
 from histories import random_contact, random_moves, to_events
 from pairs import PLAIN as PAIR
 from pairs import UNIT
+from pytest import approx, mark, raises
 from scipy.optimize import brentq
 
 import historysim as hs
@@ -49,7 +49,7 @@ def rough(count, seed=0, **options):
 # -- load balance ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("count", [2, 7, 300])
+@mark.parametrize("count", [2, 7, 300])
 def test_the_approach_is_the_root_of_the_summed_hertz_loads(count):
     ensemble = rough(count)
     for normal_load in np.geomspace(1e-6, 1e3, 12):
@@ -62,8 +62,8 @@ def test_the_approach_is_the_root_of_the_summed_hertz_loads(count):
             rtol=4 * EPS,
         )
         # a rounding of a sum of loads, and of gaps that are measured from the highest summit
-        assert pressed(ensemble, normal_load).approach == pytest.approx(root, rel=1e-13)
-        assert ensemble.approach_at(normal_load) == pytest.approx(root, rel=1e-13)
+        assert pressed(ensemble, normal_load).approach == approx(root, rel=1e-13)
+        assert ensemble.approach_at(normal_load) == approx(root, rel=1e-13)
 
 
 def test_an_ensemble_iterates_over_its_asperities_in_the_initial_state():
@@ -98,7 +98,7 @@ def test_without_friction_nothing_holds():
     state = mixed.advance(pressed(mixed, 0.3), tangential_displacement=10.0)
     forces = np.array([mixed.asperity(i, state).tangential_load for i in range(8)])
     loads = np.array([mixed.asperity(i, state).normal_load for i in range(8)])
-    assert forces == pytest.approx(mixed.friction * loads, rel=4 * EPS)
+    assert forces == approx(mixed.friction * loads, rel=4 * EPS)
 
 
 # -- a state is a value ----------------------------------------------------------------------------
@@ -108,7 +108,7 @@ def test_channels_that_are_not_named_are_held_as_they_were_controlled():
     ensemble = rough(10)
     by_load = ensemble.advance(pressed(ensemble, 0.3), tangential_load=0.05)
     raised = ensemble.advance(by_load, normal_load=0.2)
-    assert raised.tangential_load == pytest.approx(0.05, rel=4 * EPS)
+    assert raised.tangential_load == approx(0.05, rel=4 * EPS)
     assert raised.tangential_displacement != by_load.tangential_displacement
     sheared = ensemble.advance(by_load, tangential_load=0.02)
     assert sheared.normal_load == by_load.normal_load
@@ -126,25 +126,25 @@ def test_channels_that_are_not_named_are_held_as_they_were_controlled():
 # -- beyond the limit ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("friction", [0.4, np.linspace(0.2, 0.6, 10)])
-@pytest.mark.parametrize("sign", [1, -1])
+@mark.parametrize("friction", [0.4, np.linspace(0.2, 0.6, 10)])
+@mark.parametrize("sign", [1, -1])
 def test_a_request_beyond_the_limit_is_refused_or_held_at_it(friction, sign):
     ensemble = rough(10, friction=friction)
     state = pressed(ensemble, 0.3)
     limit = float(ensemble.friction @ hertz_loads(ensemble, state.approach))
-    with pytest.raises(FrictionLimitError, match="beyond the friction limit") as caught:
+    with raises(FrictionLimitError, match="beyond the friction limit") as caught:
         ensemble.advance(state, tangential_load=sign * 1.01 * limit)
-    assert caught.value.request == pytest.approx(sign * 1.01 * limit, rel=4 * EPS)
-    assert caught.value.limit == pytest.approx(limit, rel=1e-13)
+    assert caught.value.request == approx(sign * 1.01 * limit, rel=4 * EPS)
+    assert caught.value.limit == approx(limit, rel=1e-13)
     held = ensemble.advance(state, tangential_load=sign * 1.01 * limit, saturate=True)
-    assert held.tangential_load == pytest.approx(sign * limit, rel=1e-13)
+    assert held.tangential_load == approx(sign * limit, rel=1e-13)
     # near the limit the stick radius varies with the cube root of what is missing, here a rounding
     # of the load
     slack = 1e-4 if np.ndim(friction) else 0.0
     for asperity in (ensemble.asperity(i, held) for i in range(10)):
         assert asperity.stick_radius <= slack * asperity.contact_radius
     at_limit = ensemble.advance(state, tangential_load=sign * limit * (1 - 4 * EPS))
-    assert at_limit.tangential_load == pytest.approx(sign * limit, rel=1e-13)
+    assert at_limit.tangential_load == approx(sign * limit, rel=1e-13)
 
 
 # -- parameters ------------------------------------------------------------------------------------
@@ -156,9 +156,9 @@ def test_parameters_are_copied_and_frozen():
     height[0] = 9.0
     assert ensemble.summit_height[0] == 0.0
     for name in ("summit_height", "summit_radius", "friction"):
-        with pytest.raises(ValueError, match="read-only"):
+        with raises(ValueError, match="read-only"):
             getattr(ensemble, name)[0] = 1.0
-        with pytest.raises(AttributeError):
+        with raises(AttributeError):
             setattr(ensemble, name, 1.0)
 
 
@@ -176,7 +176,7 @@ def test_an_ensemble_has_a_repr():
     )
 
 
-@pytest.mark.parametrize("tiny", [9.347990849696351e-257, 1e-160])
+@mark.parametrize("tiny", [9.347990849696351e-257, 1e-160])
 def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
     ensemble = hs.Ensemble(UNIT, [0.0, -0.01], 1.0, 0.5)
     events = [

@@ -3,9 +3,9 @@
 import itertools
 
 import numpy as np
-import pytest
 from pairs import GLASS
 from pairs import UNIT as PAIR
+from pytest import approx, mark, param
 
 import historysim as hs
 from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction
@@ -134,8 +134,8 @@ def compare(ensemble, coefficient, targets, **options):
     return state, rows
 
 
-@pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+@mark.parametrize("name", LAWS)
+@mark.parametrize("seed", [1, param(2, marks=mark.slow)])
 def test_random_histories_under_each_law_agree_with_springs(name, seed):
     law, coefficient = LAWS[name]
     targets = random_targets(np.random.default_rng(seed), coefficient, 5 if seed == 1 else 8)
@@ -152,8 +152,8 @@ WEAR = {
 }
 
 
-@pytest.mark.parametrize("name", WEAR)
-@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.slow)])
+@mark.parametrize("name", WEAR)
+@mark.parametrize("seed", [4, param(5, marks=mark.slow)])
 def test_random_histories_of_wear_agree_with_springs(name, seed):
     wear, lost = WEAR[name]
 
@@ -163,7 +163,7 @@ def test_random_histories_of_wear_agree_with_springs(name, seed):
     )
     assert rows[1].worn.max() > 1e-6
     deep = TOP - rows[1].lag
-    assert state.evolved.summit_height == pytest.approx(deep, abs=3e-5)
+    assert state.evolved.summit_height == approx(deep, abs=3e-5)
     assert np.ptp(state.evolved.summit_height - HEIGHT) > 1e-4
 
 
@@ -185,15 +185,15 @@ def test_other_summits_are_new_contacts():
     )
     row.renew([0, 2], height, radius, TOP)
     row.go(*held, 150)
-    assert state.evolved.erased_energy == pytest.approx(row.erased, rel=0.02)
+    assert state.evolved.erased_energy == approx(row.erased, rel=0.02)
     assert 0 < state.evolved.erased_energy < before
     found, expected = of_program(ensemble, state), of_springs(row)
     for name in ("tangential load", "approach", "displacement"):
-        assert found[name] == pytest.approx(expected[name], abs=4e-3 * SCALES[name]), name
+        assert found[name] == approx(expected[name], abs=4e-3 * SCALES[name]), name
     target = (("load", 0.012), ("displacement", state.tangential_displacement + 0.02))
     row.go(*target, 150)
     state = moved(ensemble, state, *target)
-    assert of_program(ensemble, state)["tangential load"] == pytest.approx(
+    assert of_program(ensemble, state)["tangential load"] == approx(
         row.tangential_loads, abs=4e-3 * SCALES["tangential load"]
     )
 
@@ -207,7 +207,7 @@ LIFTED = [
 ]
 
 
-@pytest.mark.parametrize("name", ["strength", "archard"])
+@mark.parametrize("name", ["strength", "archard"])
 def test_lift_off_and_contact_again_agree_with_springs(name):
     """What lifts off forgets its tractions, and keeps what it slid and lost."""
     if name in LAWS:
@@ -254,7 +254,7 @@ EVOLVING = (
 )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@mark.parametrize("seed", range(4))
 def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
     """Whatever evolves, and whatever is done: from the state, from it again, and from its bytes."""
     rng = np.random.default_rng(seed)
@@ -289,7 +289,7 @@ def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
         state = after
 
 
-@pytest.mark.parametrize(("wear", "most"), [(0.0, 1e-12), (1e-2, 1e-4)])
+@mark.parametrize("wear, most", [(0.0, 1e-12), (1e-2, 1e-4)])
 def test_friction_that_rises_with_the_way_begins_to_rise_where_sliding_begins(wear, most):
     """In as many parts as one likes, up to 0.7 of the rise at which springs that slide stick again."""
     rng = np.random.default_rng(0)
@@ -363,7 +363,7 @@ def replayed(options, heights, events, **replay):
         return None, str(refusal).split(":")[0]
 
 
-@pytest.mark.parametrize("name", COULOMB_LIMITS)
+@mark.parametrize("name", COULOMB_LIMITS)
 def test_each_law_in_its_coulomb_limit_is_coulombs(name):
     heights = (0.0, -0.4 * PEAK, -0.8 * PEAK)
     force = COEFFICIENT * 4 / 3 * PEAK**1.5
@@ -396,7 +396,7 @@ def test_each_law_in_its_coulomb_limit_is_coulombs(name):
             assert difference <= tolerance, (case, quantity, float(difference / tolerance))
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "wear",
     [
         ArchardWear(coefficient=0.1, hardness=2.0),
@@ -416,7 +416,7 @@ def test_erased_energy_does_not_depend_on_the_number_of_paths(wear):
                 state, normal_displacement=approach, tangential_displacement=displacement
             )
         erased.append(state.evolved.erased_energy)
-    assert erased[0] == pytest.approx(erased[1], rel=3e-3)
+    assert erased[0] == approx(erased[1], rel=3e-3)
     assert erased[1] > 1e-3 * state.dissipated_energy
 
 
@@ -435,7 +435,7 @@ def test_worn_asperities_first_slide_when_they_would_without_wear():
         for wear in (None, ArchardWear(coefficient=0.1, hardness=1.0))
     ]
     assert np.isfinite(times[0]).all()
-    assert times[1] == pytest.approx(times[0], rel=1e-12)
+    assert times[1] == approx(times[0], rel=1e-12)
 
 
 # -- blunted wear, lift-off, slid distances
@@ -503,8 +503,8 @@ def test_blunted_summits_agree_with_springs_at_any_substeps():
     for substeps in (1, 10, 100):
         found = end_of(ensemble, path, substeps).evolved
         # the steps of the springs are of first order
-        assert found.summit_radius == pytest.approx(1 / row.curvature, rel=1e-3)
-        assert found.summit_height == pytest.approx(-row.lag, rel=1e-3)
+        assert found.summit_radius == approx(1 / row.curvature, rel=1e-3)
+        assert found.summit_height == approx(-row.lag, rel=1e-3)
 
 
 def end_of(ensemble, path, substeps, kinds=(hs.NormalLoad, hs.TangentialDisplacement), **options):
@@ -525,8 +525,8 @@ NEARLY_STEADY = {
 }
 
 
-@pytest.mark.parametrize("substeps", [1, 50])
-@pytest.mark.parametrize("name", NEARLY_STEADY)
+@mark.parametrize("substeps", [1, 50])
+@mark.parametrize("name", NEARLY_STEADY)
 def test_lift_off_under_a_load_leaves_no_displacement(name, substeps):
     """The last spring to leave never slipped, and is anchored where it touched."""
     ensemble = hs.Ensemble(GLASS, 0.0, 10e-6, **NEARLY_STEADY[name])
@@ -553,7 +553,7 @@ def test_the_displacement_stays_while_the_limit_of_a_sliding_contact_falls():
         ),
     ]
     plain = end_of(hs.Ensemble(*shape), many, 1, UNDER_LOAD, saturate=True)
-    assert ends == pytest.approx([plain.tangential_displacement] * 3, rel=5e-3)
+    assert ends == approx([plain.tangential_displacement] * 3, rel=5e-3)
 
 
 def test_slid_distance_counts_gross_slip_only():
@@ -583,7 +583,7 @@ def test_slid_distance_counts_gross_slip_only():
             whole += abs(displacement - at) / steps * abs(slips.mean() == slips[0] != 0)
             inner += abs(displacement - at) / steps * (slips[0] != 0)
         at, before = displacement, friction
-        assert found == pytest.approx(whole, abs=3e-5)
+        assert found == approx(whole, abs=3e-5)
     assert inner > whole + 1e-3
     assert whole > 1e-3
 
@@ -623,9 +623,9 @@ def hertz_load(depth):
     return float((4 / 3 * np.sqrt(RADIUS) * np.maximum(depth + HEIGHT, 0.0) ** 1.5).sum())
 
 
-@pytest.mark.parametrize("control", ["normal_displacement", "normal_load"])
-@pytest.mark.parametrize("reach", [0.5, 0.8, 1.2, 2.0])
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@mark.parametrize("control", ["normal_displacement", "normal_load"])
+@mark.parametrize("reach", [0.5, 0.8, 1.2, 2.0])
+@mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
 def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach, tolerance):
     """Bowden and Tabor's law on a sphere: all sticks until T = μN ∝ N^(2/3) meets x y^(3/2), at y = (μ/μ0 x)²."""
     load, rise = 4 / 3 * DEPTH**1.5, 1.1
@@ -643,13 +643,13 @@ def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach,
     )
     stored = min(stored, 0.4 * reach**2)
     unit = 0.3 * load * FULL_SLIP
-    assert state.stored_energy / unit == pytest.approx(stored, rel=1e-6)
+    assert state.stored_energy / unit == approx(stored, rel=1e-6)
     # energies are tolerated 1000 times coarser than displacements
     bound = 1e3 * tolerance * stored
-    assert state.dissipated_energy / unit == pytest.approx(work - stored, abs=bound)
+    assert state.dissipated_energy / unit == approx(work - stored, abs=bound)
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "wear",
     [
         ArchardWear(coefficient=1e-30, hardness=1.0),
@@ -657,19 +657,19 @@ def test_energy_of_an_event_in_which_sticking_turns_into_sliding(control, reach,
         EnergyWear(volume_per_energy=1e-30),
     ],
 )
-@pytest.mark.parametrize("control", ["normal_displacement", "normal_load"])
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-10])
+@mark.parametrize("control", ["normal_displacement", "normal_load"])
+@mark.parametrize("tolerance", [1e-3, 1e-6, 1e-10])
 def test_a_path_on_which_nothing_slips_is_the_exact_step_across_a_gap(wear, control, tolerance):
     ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.3, wear=wear, tolerance=tolerance)
     gap, load = -0.02 * DEPTH, 4 / 3 * DEPTH**1.5
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=gap)
     target = load if control == "normal_load" else DEPTH
     state = ensemble.advance(state, **{control: target}, tangential_displacement=0.9 * FULL_SLIP)
-    assert state.tangential_load == pytest.approx(0.9 * FULL_SLIP / (DEPTH - gap) * load, rel=1e-12)
+    assert state.tangential_load == approx(0.9 * FULL_SLIP / (DEPTH - gap) * load, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", RAMPS)
-@pytest.mark.parametrize("seed", range(3))
+@mark.parametrize("name", RAMPS)
+@mark.parametrize("seed", range(3))
 def test_one_event_has_the_energy_balance_of_many_small_ones(name, seed):
     """Work less stored energy is what is dissipated; the work is integrated over small events."""
     rng, count = np.random.default_rng(seed), 400
@@ -694,15 +694,13 @@ def test_one_event_has_the_energy_balance_of_many_small_ones(name, seed):
     erased = [0.0 if s.evolved is None else s.evolved.erased_energy for s in (start, fine)]
     lost = fine.dissipated_energy - start.dissipated_energy + erased[1] - erased[0]
     scale = max(lost, fine.stored_energy)
-    assert work - (fine.stored_energy - start.stored_energy) == pytest.approx(
-        lost, abs=1e-3 * scale
-    )
-    assert once.dissipated_energy == pytest.approx(fine.dissipated_energy, abs=1e-3 * scale)
+    assert work - (fine.stored_energy - start.stored_energy) == approx(lost, abs=1e-3 * scale)
+    assert once.dissipated_energy == approx(fine.dissipated_energy, abs=1e-3 * scale)
     limit = 0.3 * max(fine.normal_load, start.normal_load)
-    assert once.tangential_load == pytest.approx(fine.tangential_load, abs=2e-4 * limit)
+    assert once.tangential_load == approx(fine.tangential_load, abs=2e-4 * limit)
 
 
-@pytest.mark.parametrize("name", RAMPS)
+@mark.parametrize("name", RAMPS)
 def test_small_events_on_a_smooth_path_leave_few_vertices(name):
     ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, **RAMPS[name])
     start = ensemble.advance(ensemble.initial_state(), normal_load=hertz_load(0.4 * DEPTH))
@@ -720,10 +718,8 @@ def test_small_events_on_a_smooth_path_leave_few_vertices(name):
         )
     once, many = states
     assert max(len(many.vertices(group)) for group in set(many.group.tolist())) <= 150
-    assert many.tangential_displacement == pytest.approx(
+    assert many.tangential_displacement == approx(
         once.tangential_displacement, abs=1e-4 * FULL_SLIP
     )
-    assert many.stored_energy == pytest.approx(once.stored_energy, rel=1e-3)
-    assert many.dissipated_energy == pytest.approx(
-        once.dissipated_energy, abs=1e-3 * many.stored_energy
-    )
+    assert many.stored_energy == approx(once.stored_energy, rel=1e-3)
+    assert many.dissipated_energy == approx(once.dissipated_energy, abs=1e-3 * many.stored_energy)

@@ -8,9 +8,9 @@ import threading
 
 import attrs
 import numpy as np
-import pytest
 from foreign_states import ENTRIES, IDENTITY, PAIR, SOFT, Calls, ensembles, sealed
 from golden import refused
+from pytest import mark, raises
 
 import historysim as hs
 from historysim.asperities import laws, wear
@@ -43,16 +43,16 @@ def pressed(ensemble, load=1e-3):
     return ensemble.advance(ensemble.initial_state(), normal_load=load)
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.__name__)
-@pytest.mark.parametrize(
-    ("ensemble", "state"), [(MANY, THREE), (THREE, MANY), (YIELDING, MANY), (YIELDING, THREE)]
+@mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.__name__)
+@mark.parametrize(
+    "ensemble, state", [(MANY, THREE), (THREE, MANY), (YIELDING, MANY), (YIELDING, THREE)]
 )
 def test_a_state_of_another_ensemble_is_refused_by_every_entry(ensemble, state, entry):
     with refused(r"the state is of .* asperit.*expected one of this ensemble's"):
         entry(ensemble, pressed(state), np.random.default_rng(0))
 
 
-@pytest.mark.parametrize("what", OTHERS)
+@mark.parametrize("what", OTHERS)
 def test_a_state_belongs_to_materials_summits_friction_and_laws(what, tmp_path):
     path = tmp_path / "one.state"
     for one, other in ((THREE, OTHERS[what]), (OTHERS[what], THREE)):
@@ -172,7 +172,7 @@ def test_one_batch_in_several_threads_says_so_or_works():
     assert np.isfinite(batch.tangential_load).all()
 
 
-@pytest.mark.filterwarnings("ignore:the stepper")
+@mark.filterwarnings("ignore:the stepper")
 def test_one_stepper_in_several_threads_says_so_or_works():
     stepper = MANY.stepper(pressed(MANY, 1.0))
 
@@ -190,7 +190,7 @@ def test_one_stepper_in_several_threads_says_so_or_works():
 def test_a_place_that_is_taken_is_given_back_after_an_error():
     stepper = THREE.stepper(pressed(THREE))
     for _ in range(2):
-        with pytest.raises(hs.FrictionLimitError):
+        with raises(hs.FrictionLimitError):
             stepper.step(tangential_load=1.0)
     with (
         stepper._guard,
@@ -225,9 +225,9 @@ CHANGES = {
 }
 
 
-@pytest.mark.parametrize("law", OWN_LAWS)
-@pytest.mark.parametrize("change", CHANGES)
-@pytest.mark.parametrize("seed", range(3))
+@mark.parametrize("law", OWN_LAWS)
+@mark.parametrize("change", CHANGES)
+@mark.parametrize("seed", range(3))
 def test_a_state_with_equal_heights_is_read_from_its_own_bytes(law, change, seed):
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 6))

@@ -5,9 +5,10 @@ import pickle
 import struct
 
 import numpy as np
-import pytest
 from golden import check_messages, refused
+from numpy.testing import assert_allclose, assert_array_equal
 from pairs import GLASS as PAIR
+from pytest import approx, mark, param, raises
 from scipy.integrate import quad
 
 import historysim as hs
@@ -79,23 +80,23 @@ class Springs:
         return loads
 
 
-@pytest.mark.parametrize("way", [1, -1])
-@pytest.mark.parametrize("slope", [SLOPE, -0.3])
+@mark.parametrize("way", [1, -1])
+@mark.parametrize("slope", [SLOPE, -0.3])
 def test_sphere_that_slides_on_a_slope_under_a_load(slope, way):
     ensemble = sphere(slope)
     state = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
     state = ensemble.advance(state, tangential_displacement=way * 100e-9)
     incline, angle = math.atan(slope), math.atan(FRICTION)
-    assert state.normal_load == pytest.approx(LOAD, rel=1e-12)
-    assert state.tangential_load == pytest.approx(LOAD * math.tan(incline + way * angle), rel=1e-11)
+    assert state.normal_load == approx(LOAD, rel=1e-12)
+    assert state.tangential_load == approx(LOAD * math.tan(incline + way * angle), rel=1e-11)
     pressed = LOAD / (math.cos(incline) - way * FRICTION * math.sin(incline))
-    assert state.slope_load == pytest.approx(pressed * math.sin(incline), rel=1e-11)
+    assert state.slope_load == approx(pressed * math.sin(incline), rel=1e-11)
     depth = (3 * pressed / (4 * PAIR.contact_modulus * math.sqrt(RADIUS))) ** (2 / 3)
     lifted = (depth - way * 100e-9 * math.sin(incline)) / math.cos(incline)
-    assert state.approach == pytest.approx(lifted, rel=1e-11)
+    assert state.approach == approx(lifted, rel=1e-11)
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@mark.parametrize("seed", [0, param(1, marks=mark.slow)])
 def test_random_paths_against_springs_on_turned_axes(seed):
     ensemble, parts = rough(5, seed), 150
     springs, state = Springs(ensemble), ensemble.initial_state()
@@ -107,15 +108,15 @@ def test_random_paths_against_springs_on_turned_axes(seed):
             state, normal_displacement=target[0], tangential_displacement=target[1]
         )
         limit = FRICTION * max(normal, 1e-5)
-        assert state.normal_load == pytest.approx(normal, abs=5e-4 * limit)
-        assert state.tangential_load == pytest.approx(tangential, abs=1e-3 * limit)
+        assert state.normal_load == approx(normal, abs=5e-4 * limit)
+        assert state.tangential_load == approx(tangential, abs=1e-3 * limit)
 
 
-@pytest.mark.parametrize(
-    ("channel", "largest", "close"),
+@mark.parametrize(
+    "channel, largest, close",
     [("normal_displacement", 80e-9, 1e-13), ("normal_load", 4e-3, 3e-5)],
 )
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@mark.parametrize("seed", [0, param(1, marks=mark.slow)])
 def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
     parts = 100 if channel == "normal_displacement" else 30
     ensemble = rough(4, seed)
@@ -128,9 +129,9 @@ def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
             small = ensemble.advance(small, **{channel: target}, tangential_displacement=place)
         start = end
         limit = FRICTION * large.normal_load
-        assert small.tangential_load == pytest.approx(large.tangential_load, abs=close * limit)
-        assert small.approach == pytest.approx(large.approach, rel=close)
-        assert small.dissipated_energy == pytest.approx(large.dissipated_energy, rel=close)
+        assert small.tangential_load == approx(large.tangential_load, abs=close * limit)
+        assert small.approach == approx(large.approach, rel=close)
+        assert small.dissipated_energy == approx(large.dissipated_energy, rel=close)
 
 
 def elastic_energy(ensemble, state):
@@ -166,9 +167,7 @@ def test_work_of_the_loads_is_stored_or_dissipated():
         state = ensemble.advance(
             state, normal_displacement=corner[0], tangential_displacement=corner[1]
         )
-        assert elastic_energy(ensemble, state) + state.dissipated_energy == pytest.approx(
-            work, rel=1e-11
-        )
+        assert elastic_energy(ensemble, state) + state.dissipated_energy == approx(work, rel=1e-11)
         begin = begin or state
     loop = state.dissipated_energy - begin.dissipated_energy
     assert loop > 0.1 * elastic_energy(ensemble, state)
@@ -202,21 +201,19 @@ def test_replay_records_what_stepping_finds_whatever_the_substeps():
     ]
     coarse, fine = (hs.replay(ensemble, events, substeps=parts) for parts in (1, 7))
     touching = (fine.slip_state != 0).sum("asperity")
-    np.testing.assert_array_equal(touching, fine.contact_count)
-    np.testing.assert_allclose(fine.total_normal_load, 2e-3, rtol=1e-12)
+    assert_array_equal(touching, fine.contact_count)
+    assert_allclose(fine.total_normal_load, 2e-3, rtol=1e-12)
     at = fine.isel(step=[0, 7, 14])
     for name in ("total_tangential_load", "separation", "total_dissipated_energy"):
-        np.testing.assert_allclose(at[name], coarse[name], rtol=1e-5)
+        assert_allclose(at[name], coarse[name], rtol=1e-5)
     state = hs.Replay(ensemble, events).state()
-    assert state.tangential_load == pytest.approx(
-        float(coarse.total_tangential_load[-1]), rel=1e-12
-    )
+    assert state.tangential_load == approx(float(coarse.total_tangential_load[-1]), rel=1e-12)
     angle = np.arctan(fine.slope)
     rotated = fine.tangential_load * np.cos(angle) + fine.normal_load * np.sin(angle)
-    np.testing.assert_allclose(rotated.sum("asperity"), fine.total_tangential_load, rtol=1e-12)
+    assert_allclose(rotated.sum("asperity"), fine.total_tangential_load, rtol=1e-12)
     moved = hs.Replay(ensemble, events).state(until=1.5)
     again = ensemble.advance(hs.Replay(ensemble, events[:2]).state(), tangential_displacement=0.0)
-    assert moved.tangential_load == pytest.approx(again.tangential_load, rel=1e-5)
+    assert moved.tangential_load == approx(again.tangential_load, rel=1e-5)
 
 
 def test_tangential_stiffness_agrees_with_a_turn():
@@ -224,7 +221,7 @@ def test_tangential_stiffness_agrees_with_a_turn():
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=60e-9)
     there = ensemble.advance(state, tangential_displacement=1e-13, normal_displacement=60e-9)
     slope = (there.tangential_load - state.tangential_load) / 1e-13
-    assert state.tangential_stiffness == pytest.approx(slope, rel=1e-3)
+    assert state.tangential_stiffness == approx(slope, rel=1e-3)
 
 
 def test_states_go_to_bytes_and_back():
@@ -269,7 +266,7 @@ def test_questions_to_a_history_of_slopes():
     ]
     history = hs.replay(ensemble, events, record="all")
     state = hs.Replay(ensemble, events).state()
-    assert float(history.contact.slope_load()[-1]) == pytest.approx(state.slope_load, rel=1e-12)
+    assert float(history.contact.slope_load()[-1]) == approx(state.slope_load, rel=1e-12)
     for name in ("preliminary_displacement", "presliding_work"):
         with refused("the asperities are inclined"):
             getattr(history.contact, name)()
@@ -281,7 +278,7 @@ def test_questions_to_a_history_of_slopes():
     far = hs.replay(ensemble, [*events, hs.TangentialDisplacement(3.0, 2e-6)], record="totals")
     (finding,) = far.contact.validity()
     assert finding.name == "turning"
-    assert finding.value == pytest.approx(2e-6 / (4 * ensemble.summit_radius.min()), rel=0.5)
+    assert finding.value == approx(2e-6 / (4 * ensemble.summit_radius.min()), rel=0.5)
 
 
 def load_events(seed, count):
@@ -299,7 +296,7 @@ def load_events(seed, count):
     return events
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@mark.parametrize("seed", [0, param(1, marks=mark.slow)])
 def test_paths_by_load_are_those_by_the_displacements_found(seed):
     ensemble = rough(5, seed)
     events = load_events(seed, 4)
@@ -316,42 +313,40 @@ def test_paths_by_load_are_those_by_the_displacements_found(seed):
         normal, tangential = (
             float(loads[name][row]) for name in ("total_normal_load", "total_tangential_load")
         )
-        assert state.normal_load == pytest.approx(normal, abs=CLOSE * 4e-3)
-        assert state.tangential_load == pytest.approx(tangential, abs=CLOSE * 1e-3)
+        assert state.normal_load == approx(normal, abs=CLOSE * 4e-3)
+        assert state.tangential_load == approx(tangential, abs=CLOSE * 1e-3)
     # the requests: a load is a straight line in time between loads, where the normal load is one too
     asked = [event.value for event in events if isinstance(event, hs.TangentialLoad)]
     ends = loads.total_tangential_load.values[
         np.searchsorted(loads.time, np.arange(5), "right") - 1
     ]
-    np.testing.assert_allclose(ends, asked, rtol=0, atol=1e-15)
+    assert_allclose(ends, asked, rtol=0, atol=1e-15)
     first = loads.sel(step=loads.time <= 1.0)
-    np.testing.assert_allclose(
-        first.total_tangential_load, first.time * asked[1], rtol=0, atol=1e-15
-    )
+    assert_allclose(first.total_tangential_load, first.time * asked[1], rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("way", [1, -1])
-@pytest.mark.parametrize("slope", [SLOPE, -0.3])
+@mark.parametrize("way", [1, -1])
+@mark.parametrize("slope", [SLOPE, -0.3])
 def test_the_friction_limit_of_a_slope(slope, way):
     ensemble = sphere(slope)
     limit = LOAD * math.tan(math.atan(slope) + way * math.atan(FRICTION))
     start = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
-    with pytest.raises(hs.FrictionLimitError, match="with slopes") as caught:
+    with raises(hs.FrictionLimitError, match="with slopes") as caught:
         ensemble.advance(start, tangential_load=limit + way * 1e-6 * LOAD)
-    assert caught.value.limit == pytest.approx(limit, rel=1e-10)
+    assert caught.value.limit == approx(limit, rel=1e-10)
     for kept in (limit - way * 1e-6 * LOAD, limit):
         state = ensemble.advance(start, tangential_load=kept)
-        assert state.tangential_load == pytest.approx(kept, rel=1e-10)
+        assert state.tangential_load == approx(kept, rel=1e-10)
     held = ensemble.advance(start, tangential_load=way * LOAD, saturate=True)
-    assert held.tangential_load == pytest.approx(limit, rel=1e-10)
-    assert held.tangential_request == pytest.approx(way * LOAD, rel=1e-15)
+    assert held.tangential_load == approx(limit, rel=1e-10)
+    assert held.tangential_request == approx(way * LOAD, rel=1e-15)
     # the nearest displacement at which it slides
-    assert held.tangential_displacement == pytest.approx(state.tangential_displacement, rel=1e-5)
+    assert held.tangential_displacement == approx(state.tangential_displacement, rel=1e-5)
     assert pickle.loads(pickle.dumps(held)) == held  # its own
     for load in (0.5 * LOAD, 1.5 * LOAD):
         held = ensemble.advance(held, normal_load=load, saturate=True)
-        assert held.tangential_load == pytest.approx(limit * load / LOAD, rel=1e-10)
-        assert held.tangential_request == pytest.approx(way * LOAD, rel=1e-15)
+        assert held.tangential_load == approx(limit * load / LOAD, rel=1e-10)
+        assert held.tangential_request == approx(way * LOAD, rel=1e-15)
     free = ensemble.advance(held, tangential_displacement=held.tangential_displacement)
     assert free.tangential_request == free.tangential_load
 
@@ -374,11 +369,11 @@ def test_a_displacement_is_held_before_a_load_is_given_and_a_load_after():
     assert ensemble.advance(pressed, normal_load=2 * LOAD).tangential_displacement == 0.0
     loaded = ensemble.advance(pressed, tangential_load=1e-3)
     later = ensemble.advance(loaded, normal_load=2 * LOAD)
-    assert later.tangential_load == pytest.approx(1e-3, rel=1e-12)
+    assert later.tangential_load == approx(1e-3, rel=1e-12)
     assert later.tangential_displacement != loaded.tangential_displacement
     lifted = ensemble.advance(loaded, normal_load=0.0, saturate=True)
-    assert (lifted.tangential_load, lifted.tangential_request) == pytest.approx((0, 1e-3), abs=1e-9)
-    with pytest.raises(hs.FrictionLimitError):
+    assert (lifted.tangential_load, lifted.tangential_request) == approx((0, 1e-3), abs=1e-9)
+    with raises(hs.FrictionLimitError):
         ensemble.advance(loaded, normal_load=0.0)
 
 

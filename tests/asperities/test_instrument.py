@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import check_messages, refused
 from histories import histories, random_contact
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, mark
 from scipy.optimize import brentq
 
 import historysim as hs
@@ -114,8 +114,8 @@ def test_a_rigid_instrument_is_none_to_the_bit(drawn):
 # -- one sphere, closed forms ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
-@pytest.mark.parametrize("share", [1e-6, 0.1, -0.5, 0.9, 0.999])
+@mark.parametrize("ratio", RATIOS)
+@mark.parametrize("share", [1e-6, 0.1, -0.5, 0.9, 0.999])
 def test_virgin_loading_is_cattaneo_mindlin_behind_a_spring(ratio, share):
     stiffness = ratio * LIMIT / SLIDE
     drive = share * (SLIDE + LIMIT / stiffness)
@@ -124,31 +124,29 @@ def test_virgin_loading_is_cattaneo_mindlin_behind_a_spring(ratio, share):
     )
     load = virgin_load(drive, stiffness)
     # near the limit the contact is soft, and the closed form loses what is missing to it
-    assert state.tangential_load == pytest.approx(load, rel=1e-13)
+    assert state.tangential_load == approx(load, rel=1e-13)
     contact = mindlin.tangential_displacement(load, **sphere(), shear_modulus=0.3)
-    assert state.tangential_displacement == pytest.approx(float(contact), rel=1e-11)
+    assert state.tangential_displacement == approx(float(contact), rel=1e-11)
     stick = mindlin.stick_radius(load, **sphere())
-    assert SPHERE.asperity(0, state).stick_radius == pytest.approx(float(stick), rel=1e-9)
+    assert SPHERE.asperity(0, state).stick_radius == approx(float(stick), rel=1e-9)
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("first", [(), ((LOAD, 0.0),)])
+@mark.parametrize("ratio", RATIOS)
+@mark.parametrize("sign", [1, -1])
+@mark.parametrize("first", [(), ((LOAD, 0.0),)])
 def test_beyond_the_limit_the_contact_slides_behind_the_bent_instrument(ratio, sign, first):
     instrument = Instrument(ratio * LIMIT / SLIDE)
     for times in (1.01, 3.0, 1e6):
         drive = sign * times * (SLIDE + LIMIT / instrument.lateral_stiffness)
         state = driven(*first, (LOAD, drive), instrument=instrument)
-        assert state.tangential_load == pytest.approx(sign * LIMIT, rel=4 * EPS)
+        assert state.tangential_load == approx(sign * LIMIT, rel=4 * EPS)
         bent = sign * LIMIT / instrument.lateral_stiffness
-        assert state.tangential_displacement == pytest.approx(
-            drive - bent, abs=4 * EPS * abs(drive)
-        )
+        assert state.tangential_displacement == approx(drive - bent, abs=4 * EPS * abs(drive))
         assert SPHERE.asperity(0, state).slip_state is hs.SlipState.GROSS_SLIP
         assert SPHERE.asperity(0, state).stick_radius == 0
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
+@mark.parametrize("ratio", RATIOS)
 def test_while_the_drive_is_held_the_contact_creeps_as_the_normal_load_falls(ratio):
     # the springs that still stick have never slipped, so that the state stays the virgin one at its
     # normal load
@@ -166,27 +164,27 @@ def test_while_the_drive_is_held_the_contact_creeps_as_the_normal_load_falls(rat
     loads = history.total_tangential_load.values
     for slides, load, held in zip(sliding, normal, loads, strict=True):
         expected = MU * load if slides else virgin_load(drive, stiffness, **sphere(load))
-        assert held == pytest.approx(expected, rel=1e-12)
+        assert held == approx(expected, rel=1e-12)
     assert np.all(np.diff(loads) < 0)
     assert np.all(np.diff(history.tangential_displacement.values) > 0)
-    assert history.drive_displacement.values == pytest.approx(np.full(20, drive), rel=4 * EPS)
+    assert history.drive_displacement.values == approx(np.full(20, drive), rel=4 * EPS)
     assert np.all(np.diff(history.total_dissipated_energy.values) > 0)
     assert sliding[-1]
     assert not sliding[0]
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
-@pytest.mark.parametrize("lift", [{"normal_load": 0.0}, {"normal_displacement": -0.01}])
+@mark.parametrize("ratio", RATIOS)
+@mark.parametrize("lift", [{"normal_load": 0.0}, {"normal_displacement": -0.01}])
 def test_lift_off_lets_the_instrument_spring_back(ratio, lift):
     instrument = Instrument(ratio * LIMIT / SLIDE)
     drive = 0.7 * (SLIDE + LIMIT / instrument.lateral_stiffness)
     state = driven((LOAD, 0.0), (LOAD, drive), instrument=instrument)
     lifted = SPHERE.advance(state, **lift, instrument=instrument)
     assert lifted.tangential_load == 0
-    assert lifted.tangential_displacement == pytest.approx(drive, rel=4 * EPS)
+    assert lifted.tangential_displacement == approx(drive, rel=4 * EPS)
     touched = SPHERE.advance(lifted, normal_load=LOAD, instrument=instrument)
     assert abs(touched.tangential_load) <= 1e-15 * LIMIT
-    assert touched.tangential_displacement == pytest.approx(drive, rel=4 * EPS)
+    assert touched.tangential_displacement == approx(drive, rel=4 * EPS)
 
 
 # -- the drive's history is the contact's, sheared -------------------------------------------------
@@ -212,7 +210,7 @@ def test_the_drives_history_is_the_contacts_sheared(drawn):
         "dissipated_energy",
     ):
         tolerance = rounding * (way if "energy" in name else 1.0)
-        assert history[name].values == pytest.approx(bare[name].values, abs=tolerance), name
+        assert history[name].values == approx(bare[name].values, abs=tolerance), name
     assert np.array_equal(history.separation.values, bare.separation.values)
 
 
@@ -240,7 +238,7 @@ def test_the_drive_arrives_behind_any_instrument(drawn, exponent):
     for move in drawn.moves:
         for found in [next(rows) for _ in range(1 if move.friction is None else 2)]:
             if move.tangential_kind == "displacement":
-                assert found == pytest.approx(move.tangential_value, abs=rounding)
+                assert found == approx(move.tangential_value, abs=rounding)
 
 
 # -- several coefficients --------------------------------------------------------------------------
@@ -262,9 +260,7 @@ def test_ramps_of_both_loads_do_not_feel_the_instrument_and_drives_start_where_t
     halfway = [*events, hs.NormalLoad(2.0, 0.09), hs.TangentialDisplacement(3.0, reach)]
     history = hs.replay(ensemble, halfway, instrument=instrument, hold=False)
     start = behind.drive_displacement.values[-1]
-    assert history.drive_displacement.values[-2:] == pytest.approx(
-        [(start + reach) / 2, reach], rel=1e-14
-    )
+    assert history.drive_displacement.values[-2:] == approx([(start + reach) / 2, reach], rel=1e-14)
 
 
 # -- a spring in parallel
@@ -278,7 +274,7 @@ ROUGH = hs.Ensemble(
 )
 
 
-@pytest.mark.parametrize("series", [np.inf, 3e5])
+@mark.parametrize("series", [np.inf, 3e5])
 def test_a_controlled_load_agrees_with_contact_and_parallel_spring(series):
     """The drive displacement at which both add up to the load is found without knowing the one solved for."""
     parallel, alone = hs.Instrument(series, parallel_stiffness=2e5), hs.Instrument(series)
@@ -294,20 +290,18 @@ def test_a_controlled_load_agrees_with_contact_and_parallel_spring(series):
 
         drive = brentq(excess, -1e-6, 1e-6, xtol=1e-20, rtol=1e-14)
         reference = ROUGH.advance(reference, tangential_displacement=drive, instrument=alone)
-        assert state.tangential_load == pytest.approx(
-            reference.tangential_load, rel=1e-12, abs=1e-15
+        assert state.tangential_load == approx(reference.tangential_load, rel=1e-12, abs=1e-15)
+        assert parallel.drive_load(state.tangential_displacement, state.tangential_load) == approx(
+            load, rel=1e-12
         )
-        assert parallel.drive_load(
-            state.tangential_displacement, state.tangential_load
-        ) == pytest.approx(load, rel=1e-12)
     # a load that is not named is held, whatever the normal load and friction do
     for held in (
         ROUGH.advance(state, normal_load=0.03, instrument=parallel),
         ROUGH.with_friction(state, 0.01, instrument=parallel),
     ):
-        assert parallel.drive_load(
-            held.tangential_displacement, held.tangential_load
-        ) == pytest.approx(5e-3, rel=1e-12)
+        assert parallel.drive_load(held.tangential_displacement, held.tangential_load) == approx(
+            5e-3, rel=1e-12
+        )
     stepper = ROUGH.stepper(pressed, instrument=parallel)
     for load in (8e-3, -3e-3):
         stepper.step(tangential_load=load)
@@ -337,7 +331,7 @@ def test_a_parallel_spring_does_not_change_a_driven_contact(tmp_path):
     assert both.attrs["parallel_stiffness"] == 2e5
     pushed = [hs.NormalLoad(0, 0.05), hs.TangentialLoad(1, 30e-3), hs.TangentialLoad(2, -8e-3)]
     job = hs.Replay(ROUGH, pushed, instrument=parallel)
-    assert float(job.dataset().drive_load[-1]) == pytest.approx(-8e-3, rel=1e-12)
+    assert float(job.dataset().drive_load[-1]) == approx(-8e-3, rel=1e-12)
     with hs.EventLog.create(tmp_path / "a.history", ROUGH, instrument=parallel) as log:
         log.append(pushed)
         assert log.instrument == parallel

@@ -1,10 +1,10 @@
 """Friction and wear laws: the source's numbers, closed forms, limits, and what is refused."""
 
 import numpy as np
-import pytest
 from golden import check_messages
 from pairs import GLASS
 from pairs import UNIT as PAIR
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.asperities.laws import PowerLaw, ShearStrength, SlidFriction  # noqa: F401 - of the messages
@@ -26,10 +26,10 @@ def test_without_work_of_adhesion_the_area_of_jkr_agrees_with_hertz():
     hertz, none, hardly, some = (
         loaded(hs.Ensemble(GLASS, 0.0, BALL, law), 10e-3).friction[0] for law in laws
     )
-    assert none == pytest.approx(hertz, rel=1e-14)
+    assert none == approx(hertz, rel=1e-14)
     # a³ grows by √(6πWR/N) of itself to first order
     root = np.sqrt(6 * np.pi * 1e-12 * BALL / 10e-3)
-    assert hardly / none - 1 == pytest.approx(2 / 3 * root, rel=root)
+    assert hardly / none - 1 == approx(2 / 3 * root, rel=root)
     assert some > 1.1 * none
 
 
@@ -60,7 +60,7 @@ def test_energy_is_balanced_where_geometry_changes():
     state = ensemble.advance(state, tangential_displacement=0.008)
     work = state.stored_energy + state.dissipated_energy
     new = ensemble.with_geometry(state, summit_height=-0.005, asperities=[0])
-    assert new.stored_energy + new.dissipated_energy + new.evolved.erased_energy == pytest.approx(
+    assert new.stored_energy + new.dissipated_energy + new.evolved.erased_energy == approx(
         work, rel=1e-12
     )
     assert (new.evolved.erased_memories, new.approach) == (1, state.approach)
@@ -81,7 +81,7 @@ def test_friction_between_waypoints_agrees_with_many_small_falls():
         hs.TangentialDisplacement(2.0, 0.012),
     ]
     found = hs.replay(ensemble, ramp, substeps=4)
-    assert found.present_friction.values[-5:] == pytest.approx([0.5, 0.425, 0.35, 0.275, 0.2])
+    assert found.present_friction.values[-5:] == approx([0.5, 0.425, 0.35, 0.275, 0.2])
     ends = []
     for count in (100, 200):
         small = list(events)
@@ -92,7 +92,7 @@ def test_friction_between_waypoints_agrees_with_many_small_falls():
         ends.append(hs.replay(ensemble, small).isel(step=-1))
     for name in ("total_tangential_load", "total_dissipated_energy"):
         coarse, fine = (float(end[name]) for end in ends)
-        assert float(found[name][-1]) == pytest.approx(
+        assert float(found[name][-1]) == approx(
             2 * fine - coarse, abs=abs(fine - coarse) + 1e-6 * fine
         )
 
@@ -103,16 +103,16 @@ def test_a_load_beyond_what_falling_friction_holds_is_refused_or_held():
     limit = state.friction[0] * 0.005
     state = ensemble.advance(state, tangential_load=0.9 * limit)
     # τ0 A falls with the load
-    with pytest.raises(hs.FrictionLimitError):
+    with raises(hs.FrictionLimitError):
         ensemble.advance(state, normal_load=0.001)
     held = ensemble.advance(state, normal_load=0.001, saturate=True)
-    assert held.tangential_load == pytest.approx(held.friction[0] * 0.001, rel=1e-9)
+    assert held.tangential_load == approx(held.friction[0] * 0.001, rel=1e-9)
     back = ensemble.advance(held, normal_load=0.005, saturate=True)
-    assert back.tangential_load == pytest.approx(0.9 * limit, rel=1e-6)
+    assert back.tangential_load == approx(0.9 * limit, rel=1e-6)
 
 
-@pytest.mark.parametrize("substeps", [1, 10])
-@pytest.mark.parametrize(
+@mark.parametrize("substeps", [1, 10])
+@mark.parametrize(
     "options", [{"follow_sliding": True}, {"wear": ArchardWear(coefficient=1e-30, hardness=1.0)}]
 )
 def test_the_distance_slid_by_all_does_not_depend_on_the_substeps(options, substeps):
@@ -127,11 +127,11 @@ def test_the_distance_slid_by_all_does_not_depend_on_the_substeps(options, subst
     ]
     history = hs.replay(ensemble, events, substeps=substeps, record="all")
     total = history.total_slid_distance.values[-1]
-    assert total == pytest.approx(0.25 * 0.02 * 3 * (1 - 1 / 21), rel=1e-9)
-    assert total == pytest.approx(history.slid_distance.values[-1, 0], rel=1e-9)
+    assert total == approx(0.25 * 0.02 * 3 * (1 - 1 / 21), rel=1e-9)
+    assert total == approx(history.slid_distance.values[-1, 0], rel=1e-9)
 
 
-@pytest.mark.parametrize("substeps", [1, 7])
+@mark.parametrize("substeps", [1, 7])
 def test_what_slides_in_turn_does_not_slide_together(substeps):
     ensemble = hs.Ensemble(PAIR, [0.0, -0.002, -0.012], 1.0, [0.1, 0.1, 0.4], follow_sliding=True)
     events = [hs.NormalDisplacement(0.0, 0.02), hs.TangentialDisplacement(0.0, 0.0)]
@@ -139,7 +139,7 @@ def test_what_slides_in_turn_does_not_slide_together(substeps):
     # 0.0032 from the start
     events.append(hs.TangentialDisplacement(1.0, 0.005))
     history = hs.replay(ensemble, events, substeps=substeps, record="all")
-    assert history.total_slid_distance.values[-1] == pytest.approx(0.005 - 0.0032, rel=1e-9)
+    assert history.total_slid_distance.values[-1] == approx(0.005 - 0.0032, rel=1e-9)
 
 
 def test_messages():

@@ -1,9 +1,9 @@
 import pickle
 
 import numpy as np
-import pytest
 from golden import check_messages
 from half_space import HalfSpace
+from pytest import approx, mark, raises
 from scipy.integrate import quad
 
 import historysim as hs
@@ -59,25 +59,25 @@ tangential_load = {{ column = "T", unit = "N" }}
 """
 
 
-@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3, 0.6, 0.9, 0.999, 1.0])
+@mark.parametrize("ratio", [0.0, 0.1, 0.3, 0.6, 0.9, 0.999, 1.0])
 def test_the_half_widths_are_those_of_cattaneo(ratio):
     contact, load = cylinder(), 500.0
     state = contact.advance(contact.initial_state(), normal_load=load)
     state = contact.advance(state, tangential_load=ratio * FRICTION * load)
     whole, stick = contact.contact_half_width(state), contact.stick_half_width(state)
-    assert whole == pytest.approx(half_width(load), rel=1e-14)
-    assert stick / whole == pytest.approx(np.sqrt(1 - ratio), rel=1e-12, abs=1e-7)
+    assert whole == approx(half_width(load), rel=1e-14)
+    assert stick / whole == approx(np.sqrt(1 - ratio), rel=1e-12, abs=1e-7)
     history = hs.replay(
         contact, [hs.NormalLoad(0, load), hs.TangentialLoad(1, ratio * FRICTION * load)]
     )
-    assert history.contact_half_width[-1, 0] == pytest.approx(whole, rel=1e-14)
-    assert history.stick_half_width[-1, 0] == pytest.approx(stick, rel=1e-9, abs=1e-12)
-    assert history.real_contact_area[-1] == pytest.approx(2 * LENGTH * whole, rel=1e-14)
+    assert history.contact_half_width[-1, 0] == approx(whole, rel=1e-14)
+    assert history.stick_half_width[-1, 0] == approx(stick, rel=1e-9, abs=1e-12)
+    assert history.real_contact_area[-1] == approx(2 * LENGTH * whole, rel=1e-14)
 
 
 # the table is coarse beside an annulus that is thin
-@pytest.mark.parametrize(("ratio", "error"), [(0.1, 2e-5), (0.2, 1e-6), (0.6, 1e-7), (0.95, 1e-7)])
-@pytest.mark.parametrize("depth", [0.001, 0.01, 1.0])
+@mark.parametrize("ratio, error", [(0.1, 2e-5), (0.2, 1e-6), (0.6, 1e-7), (0.95, 1e-7)])
+@mark.parametrize("depth", [0.001, 0.01, 1.0])
 def test_the_energy_of_a_cycle_does_not_depend_on_the_reference_depth(ratio, error, depth):
     load, contact = 500.0, cylinder(depth)
     amplitude = ratio * FRICTION * load
@@ -85,14 +85,14 @@ def test_the_energy_of_a_cycle_does_not_depend_on_the_reference_depth(ratio, err
     history = hs.replay(contact, [hs.NormalLoad(0, load), *turns])
     energy = history.total_dissipated_energy.values
     expected = masing_energy(load, amplitude, depth)
-    assert expected == pytest.approx(masing_energy(load, amplitude, 0.05), rel=1e-9)
-    assert energy[3] - energy[1] == pytest.approx(expected, rel=error)
+    assert expected == approx(masing_energy(load, amplitude, 0.05), rel=1e-9)
+    assert energy[3] - energy[1] == approx(expected, rel=error)
     displacement = FRICTION * (approach(load, depth) - approach(load * (1 - ratio), depth))
-    assert history.tangential_displacement[1] == pytest.approx(displacement, rel=1e-7)
+    assert history.tangential_displacement[1] == approx(displacement, rel=1e-7)
 
 
 def test_the_energy_of_the_example():
-    assert masing_energy(500.0, 150.0, 0.01) / LENGTH == pytest.approx(1.70243928e-3, rel=1e-8)
+    assert masing_energy(500.0, 150.0, 0.01) / LENGTH == approx(1.70243928e-3, rel=1e-8)
 
 
 class HalfPlane(HalfSpace):
@@ -135,12 +135,12 @@ def test_tractions_at_varying_loads_beside_a_half_plane_of_elements():
         state = contact.advance(state, normal_displacement=d, tangential_displacement=u)
         largest = p.max()
         # first order in the cells, at the edges of contact and stick zone
-        assert contact.pressure(plane.x, state) == pytest.approx(p, abs=0.03 * largest)
+        assert contact.pressure(plane.x, state) == approx(p, abs=0.03 * largest)
         error = np.abs(contact.traction(plane.x, state) - q) / (FRICTION * largest)
         assert error.max() < 0.06
         assert error.mean() < 3e-3
         sums = plane.cell * LENGTH * np.array([p.sum(), q.sum()])
-        assert np.array([state.normal_load, state.tangential_load]) == pytest.approx(
+        assert np.array([state.normal_load, state.tangential_load]) == approx(
             sums, abs=5e-5 * sums[0]
         )
 
@@ -177,10 +177,10 @@ def test_springs_of_an_instrument_add_their_deflection():
         history.total_tangential_load[-1].item(),
         history.tangential_displacement[-1].item(),
     )
-    assert moved == pytest.approx(
+    assert moved == approx(
         FRICTION * (approach(500, 0.01) - approach(500 - held / FRICTION, 0.01)), rel=1e-7
     )
-    assert held + 1e7 * (moved + held / 1e9) == pytest.approx(120, rel=1e-9)
+    assert held + 1e7 * (moved + held / 1e9) == approx(120, rel=1e-9)
 
 
 def test_a_noisy_record_is_fitted(tmp_path):
@@ -204,7 +204,7 @@ def test_a_noisy_record_is_fitted(tmp_path):
     for parameter, value in zip(found.parameters, (0.42, 2e8), strict=True):
         assert parameter.low < value < parameter.high
         assert parameter.high - parameter.low < 0.02 * value
-    assert found.comparison.residuals.rms == pytest.approx(0.5, rel=0.1)
+    assert found.comparison.residuals.rms == approx(0.5, rel=0.1)
 
 
 SCENARIO = """
@@ -229,8 +229,8 @@ waypoints = [{{ time = 0, normal_load = 500 }}, {{ time = 1, tangential_load = 1
 """
 
 
-@pytest.mark.parametrize(
-    ("surface", "more", "reason"),
+@mark.parametrize(
+    "surface, more, reason",
     [
         ('yielding = "kogut-etsion"', "", "surface.yielding: .*without summits"),
         ('interaction = "full"', "", "surface.interaction: .*without a height map"),
@@ -244,7 +244,7 @@ waypoints = [{{ time = 0, normal_load = 500 }}, {{ time = 1, tangential_load = 1
 def test_a_scenario_refuses_what_a_cylinder_has_not(tmp_path, surface, more, reason):
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO.format(surface=surface, more=more), encoding="utf-8")
-    with pytest.raises(hs.InputError, match=reason):
+    with raises(hs.InputError, match=reason):
         hs.run(path)
 
 

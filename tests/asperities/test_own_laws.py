@@ -2,9 +2,9 @@
 
 import attrs
 import numpy as np
-import pytest
 from golden import refused
 from pairs import PLAIN as PAIR
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.asperities import laws, wear
@@ -69,8 +69,8 @@ def end(**options):
     ]
 
 
-@pytest.mark.parametrize(
-    ("own", "built_in"),
+@mark.parametrize(
+    "own, built_in",
     [
         ({"friction": OwnStrength(0.05)}, {"friction": laws.ShearStrength(0.05)}),
         ({"friction": OwnSlid()}, {"friction": laws.SlidFriction([0.0, 0.01], [0.4, 0.3])}),
@@ -78,23 +78,21 @@ def end(**options):
     ],
 )
 def test_an_own_law_agrees_with_the_library(own, built_in):
-    assert end(**own) == pytest.approx(end(**built_in), rel=1e-9, abs=1e-12)
+    assert end(**own) == approx(end(**built_in), rel=1e-9, abs=1e-12)
 
 
 def test_a_law_of_the_library_says_its_coefficients():
     loaded = laws.Loaded(
         PAIR, np.array([0.01, 0.02]), 0.03, np.array([1.0, 0.7]), np.array([0.0, 0.005])
     )
-    assert laws.ShearStrength(0.05).coefficients(loaded) == pytest.approx(
+    assert laws.ShearStrength(0.05).coefficients(loaded) == approx(
         OwnStrength(0.05).coefficients(loaded)
     )
-    assert laws.SlidFriction([0.0, 0.01], [0.4, 0.3]).coefficients(loaded) == pytest.approx(
-        [0.4, 0.35]
-    )
-    assert laws.PowerLaw(0.2, 0.01, -0.3).coefficients(loaded) == pytest.approx(
+    assert laws.SlidFriction([0.0, 0.01], [0.4, 0.3]).coefficients(loaded) == approx([0.4, 0.35])
+    assert laws.PowerLaw(0.2, 0.01, -0.3).coefficients(loaded) == approx(
         0.2 * np.array([1.0, 2.0]) ** -0.3
     )
-    assert laws.PowerLaw(0.2, 0.01, -0.3, "total").coefficients(loaded) == pytest.approx(
+    assert laws.PowerLaw(0.2, 0.01, -0.3, "total").coefficients(loaded) == approx(
         [0.2 * 3.0**-0.3] * 2
     )
     energy = wear.EnergyWear(volume_per_energy=2.0).volume(
@@ -123,12 +121,12 @@ def test_what_an_own_law_raises_comes_out():
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
     with refused("Silent has no coefficients"):
         end(friction=Silent())
-    with pytest.raises(KeyboardInterrupt):
+    with raises(KeyboardInterrupt):
         end(friction=Interrupted())
 
 
-@pytest.mark.parametrize(
-    ("returned", "message"),
+@mark.parametrize(
+    "returned, message",
     [
         (
             np.full(7, 0.2),

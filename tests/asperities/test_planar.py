@@ -7,9 +7,10 @@ import itertools
 import pickle
 
 import numpy as np
-import pytest
 from golden import check_messages, refused
+from numpy.testing import assert_allclose
 from pairs import UNIT
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.asperities.instrument import MOST_RINGS
@@ -49,7 +50,7 @@ def numbers(state):
     return np.array([*state.tangential_load, state.dissipated_energy]) / LOAD
 
 
-@pytest.mark.parametrize("shape", TABLES)
+@mark.parametrize("shape", TABLES)
 def test_paths_of_the_tables(shape):
     """At the default rings, within 1e-3 of μN and 2e-3 of the energy."""
     parts, amplitude, approach = 48, 0.7, 1.0
@@ -107,10 +108,10 @@ def compare_with_half_space(shape, normal, poisson_ratio, cells, parts):
     return max(errors), numbers(states[-1])[2] / (0.75 * oracle.dissipated) - 1
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
-@pytest.mark.parametrize("normal", APPROACH)
-@pytest.mark.parametrize("shape", ["spiral", "eight", "zigzag", "triangle"])
+@mark.slow
+@mark.parametrize("poisson_ratio", [0.0, 0.3])
+@mark.parametrize("normal", APPROACH)
+@mark.parametrize("shape", ["spiral", "eight", "zigzag", "triangle"])
 def test_against_a_half_space(shape, normal, poisson_ratio):
     load, energy = compare_with_half_space(shape, normal, poisson_ratio, 80, 24)
     assert load < 2e-3
@@ -145,7 +146,7 @@ def test_classes_come_to_each_asperity_alone():
     assert (np.array(errors) < (2e-2, 1e-3, 3e-4)).all()
 
 
-@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 4.0])
+@mark.parametrize("angle", [0.0, np.pi / 2, 4.0])
 def test_along_a_line_it_is_the_memory_of_one_direction(angle):
     random = np.random.default_rng(7)
     ensemble = hs.Ensemble(PAIR, *many())
@@ -158,16 +159,16 @@ def test_along_a_line_it_is_the_memory_of_one_direction(angle):
             plane, normal_load=normal, tangential_displacement=tuple(u * direction)
         )
         along = line.tangential_load * direction
-        assert plane.tangential_load == pytest.approx(along, rel=1e-12, abs=1e-12 * LOAD)
-        assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=1e-12)
+        assert plane.tangential_load == approx(along, rel=1e-12, abs=1e-12 * LOAD)
+        assert plane.dissipated_energy == approx(line.dissipated_energy, rel=1e-12)
         if angle == 0.0:
             assert plane.tangential_load[0] == line.tangential_load
             assert plane.dissipated_energy == line.dissipated_energy
     assert not plane._turned
 
 
-@pytest.mark.parametrize("share", [1e-20, 1e-14, 1e-7, 1e-4])
-@pytest.mark.parametrize("rings", [10, 30])
+@mark.parametrize("share", [1e-20, 1e-14, 1e-7, 1e-4])
+@mark.parametrize("rings", [10, 30])
 def test_a_way_as_short_as_rounding_changes_as_little(rings, share):
     ensemble = sphere(rings=rings, height_classes=2)
     state = walked(ensemble, way("square", 0.7, 6))[20]
@@ -195,10 +196,8 @@ def test_a_turned_path_turns_the_load():
     for one, other in zip(
         walked(ensemble, path, approach), walked(ensemble, path @ turn.T, approach), strict=True
     ):
-        np.testing.assert_allclose(
-            other.tangential_load, turn @ one.tangential_load, atol=1e-12 * LOAD
-        )
-        assert other.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-11)
+        assert_allclose(other.tangential_load, turn @ one.tangential_load, atol=1e-12 * LOAD)
+        assert other.dissipated_energy == approx(one.dissipated_energy, rel=1e-11)
 
 
 def test_random_loads_within_the_limit_and_beyond():
@@ -209,13 +208,13 @@ def test_random_loads_within_the_limit_and_beyond():
         load = 0.3 * normal * random.uniform(0, 1.2) * np.array([np.cos(angle), np.sin(angle)])
         before = state
         if np.hypot(*load) > 0.3 * normal:
-            with pytest.raises(FrictionLimitError):
+            with raises(FrictionLimitError):
                 ensemble.advance(state, normal_load=normal, tangential_load=tuple(load))
         state = ensemble.advance(
             state, normal_load=normal, tangential_load=tuple(load), saturate=True
         )
         held = load * min(1.0, (1 - 1e-3) * 0.3 * normal / np.hypot(*load))
-        np.testing.assert_allclose(state.tangential_load, held, atol=2e-6 * LOAD)
+        assert_allclose(state.tangential_load, held, atol=2e-6 * LOAD)
         assert state.dissipated_energy >= before.dissipated_energy
 
 
@@ -234,7 +233,7 @@ def test_falls_of_friction_after_turns_against_a_half_space():
             # a mesh of 1/32, where whole annuli slip simultaneously
             assert np.abs(numbers(state)[:2] - 0.75 * oracle.tangential_load).max() < 1e-3
         assert np.abs(numbers(state)[:2] - 0.75 * oracle.tangential_load).max() < 4e-3
-    assert numbers(state)[2] == pytest.approx(0.75 * oracle.dissipated, rel=1e-2)
+    assert numbers(state)[2] == approx(0.75 * oracle.dissipated, rel=1e-2)
 
 
 def test_stiffness_by_differences():
@@ -247,9 +246,7 @@ def test_stiffness_by_differences():
             state, tangential_displacement=tuple(state.tangential_displacement + step)
         )
         slope = (after.tangential_load - state.tangential_load) / 1e-6
-        np.testing.assert_allclose(
-            state.stiffness(direction) @ direction, slope, rtol=0.02, atol=0.01 * LOAD
-        )
+        assert_allclose(state.stiffness(direction) @ direction, slope, rtol=0.02, atol=0.01 * LOAD)
     assert np.linalg.eigvalsh(state.stiffness((1.0, 0.0))).min() >= -1e-9 * LOAD
 
 
@@ -268,15 +265,15 @@ def one_event(start, end, approach, turn, **rings):
     return (state.dissipated_energy - before) / LOAD, state.tangential_load[0] / LOAD
 
 
-@pytest.mark.parametrize("approach", [1.5, 1 + 1e-9, 1.0, 0.5, 0.001, 0.0, -0.1])
-@pytest.mark.parametrize("end", [-0.5, 0.6, 2.0, 300.0])
-@pytest.mark.parametrize("start", [0.6, 1.2])
+@mark.parametrize("approach", [1.5, 1 + 1e-9, 1.0, 0.5, 0.001, 0.0, -0.1])
+@mark.parametrize("end", [-0.5, 0.6, 2.0, 300.0])
+@mark.parametrize("start", [0.6, 1.2])
 def test_one_event_with_motion_against_one_direction(start, end, approach):
     """At the default rings, within 4e-3 of the energy or 2.5e-4 of μN times full slip."""
     expected, load = one_event(start, end, approach, turn=False)
     found, found_load = one_event(start, end, approach, turn=True)
-    assert found == pytest.approx(expected, rel=4e-3, abs=2.5e-4)
-    assert found_load == pytest.approx(load, abs=6e-4)
+    assert found == approx(expected, rel=4e-3, abs=2.5e-4)
+    assert found_load == approx(load, abs=6e-4)
 
 
 def test_asperities_share_what_is_dissipated_at_lift_off():
@@ -287,7 +284,7 @@ def test_asperities_share_what_is_dissipated_at_lift_off():
         events += [hs.NormalDisplacement(time, d), hs.TangentialDisplacement(time, tuple(u))]
     history = hs.replay(ensemble, events, record="all")
     total, each = history.total_dissipated_energy.values, history.dissipated_energy.values
-    np.testing.assert_allclose(each.sum(axis=1), total, rtol=1e-3)
+    assert_allclose(each.sum(axis=1), total, rtol=1e-3)
     assert (np.diff(each, axis=0) >= 0).all()
 
 
@@ -298,14 +295,12 @@ def test_without_friction_all_stored_energy_is_dissipated():
     free = ensemble.advance(state, friction=0.0)
     assert (free.tangential_load == 0).all()
     assert free.stored_energy == 0
-    assert free.dissipated_energy - state.dissipated_energy == pytest.approx(
-        state.stored_energy, rel=1e-9
-    )
+    assert free.dissipated_energy - state.dissipated_energy == approx(state.stored_energy, rel=1e-9)
     assert (free.stiffness((1.0, 0.0)) == 0).all()
     moved = ensemble.advance(free, tangential_displacement=(0.5, -0.5), normal_displacement=0.2)
     assert (moved.tangential_load == 0).all()
     assert moved.dissipated_energy == free.dissipated_energy
-    with pytest.raises(FrictionLimitError):
+    with raises(FrictionLimitError):
         ensemble.advance(free, tangential_load=(1.0, 1.0))
     # whatever is below all scales is next to nothing, and ends
     assert np.hypot(*ensemble.advance(state, friction=1e-300).tangential_load) < 1e-200
@@ -373,7 +368,7 @@ def test_bytes_are_the_state():
     for at in range(0, len(content), 61):
         damaged = bytearray(content)
         damaged[at] ^= 0x10
-        with pytest.raises(InputError):
+        with raises(InputError):
             hs.State.from_bytes(bytes(damaged))
     with refused("cut off"):
         hs.State.from_bytes(content[:-8])
@@ -424,9 +419,7 @@ def test_patches_share_the_load_of_their_rings():
     history = hs.replay(ensemble, events, record="all")
     limit = 0.3 * history.normal_load.values
     total = history.total_tangential_load.values
-    np.testing.assert_allclose(
-        history.tangential_load.values.sum(axis=1), total, atol=1e-9 * limit.max()
-    )
+    assert_allclose(history.tangential_load.values.sum(axis=1), total, atol=1e-9 * limit.max())
     # a component is held within the limit of its patch
     assert (np.abs(history.tangential_load.values) <= limit[..., None] * (1 + 1e-9)).all()
     assert (np.hypot(*total.T) <= limit.sum(axis=1) * (1 + 1e-6)).all()
@@ -440,8 +433,8 @@ def test_the_most_rings_agree_with_the_library():
     assert lib.HS_MOST_RINGS == MOST_RINGS
 
 
-@pytest.mark.parametrize("along", [0, 1])
-@pytest.mark.parametrize("soft", [0.0, 1.0])
+@mark.parametrize("along", [0, 1])
+@mark.parametrize("soft", [0.0, 1.0])
 def test_one_component_by_load_and_the_other_by_displacement_against_both_by_load(along, soft):
     """In small steps, with the loads and displacements that are found fed back as the other kind of control."""
     ensemble = sphere(0.3, rings=30, height_classes=1, tolerance=1e-4)
@@ -464,25 +457,23 @@ def test_one_component_by_load_and_the_other_by_displacement_against_both_by_loa
             **spring,
         )
         reached = mixed.tangential_displacement + yields * mixed.tangential_load
-        assert reached[along] == pytest.approx(driven, abs=1e-9 * slip)
-        assert mixed.tangential_load[1 - along] == pytest.approx(load, abs=1e-9 * limit)
+        assert reached[along] == approx(driven, abs=1e-9 * slip)
+        assert mixed.tangential_load[1 - along] == approx(load, abs=1e-9 * limit)
         by_load = ensemble.advance(by_load, tangential_load=tuple(mixed.tangential_load), **spring)
         by_displacement = ensemble.advance(
             by_displacement, tangential_displacement=tuple(reached), **spring
         )
         for other in (by_load, by_displacement):
-            np.testing.assert_allclose(
-                other.tangential_load, mixed.tangential_load, atol=2e-3 * limit
-            )
-            np.testing.assert_allclose(
+            assert_allclose(other.tangential_load, mixed.tangential_load, atol=2e-3 * limit)
+            assert_allclose(
                 other.tangential_displacement, mixed.tangential_displacement, atol=1e-2 * slip
             )
         # never gains energy
         assert mixed.dissipated_energy >= before.dissipated_energy
-    assert by_displacement.dissipated_energy == pytest.approx(mixed.dissipated_energy, rel=1e-2)
+    assert by_displacement.dissipated_energy == approx(mixed.dissipated_energy, rel=1e-2)
 
 
-@pytest.mark.parametrize("way", [2.0, 30.0, 1e4])
+@mark.parametrize("way", [2.0, 30.0, 1e4])
 def test_a_driven_contact_creeps_under_a_dead_weight_and_dissipates_the_work(way):
     """In steady sliding T is the friction limit along the motion: dUy/dUx = W/√(μ²N² - W²)."""
     ensemble = sphere(0.3)
@@ -495,10 +486,10 @@ def test_a_driven_contact_creeps_under_a_dead_weight_and_dissipates_the_work(way
     state = ensemble.advance(state, tangential_displacement=(10 * slip, None))
     after = ensemble.advance(state, tangential_displacement=((10 + way) * slip, None))
     steady = np.sqrt(1 - weight**2)
-    np.testing.assert_allclose(after.tangential_load, np.array([steady, weight]) * limit, rtol=1e-5)
+    assert_allclose(after.tangential_load, np.array([steady, weight]) * limit, rtol=1e-5)
     moved = after.tangential_displacement - state.tangential_displacement
-    assert moved[1] / moved[0] == pytest.approx(weight / steady, rel=1e-3)
-    assert after.dissipated_energy - state.dissipated_energy == pytest.approx(
+    assert moved[1] / moved[0] == approx(weight / steady, rel=1e-3)
+    assert after.dissipated_energy - state.dissipated_energy == approx(
         moved @ after.tangential_load, rel=1e-4
     )
 
@@ -531,7 +522,7 @@ def test_a_component_without_load_is_free_and_one_without_displacement_is_held()
     assert type(on).from_bytes(on.to_bytes()).tangential_control == on.tangential_control == (1, 0)
 
 
-@pytest.mark.parametrize("compliance", [1.0, 1e3, 1e6])
+@mark.parametrize("compliance", [1.0, 1e3, 1e6])
 def test_the_drive_arrives_however_soft_the_instrument(compliance):
     """Friction that falls lets the contact go by what the spring gives way, many times as far as springs reach."""
     ensemble = sphere(0.3)
@@ -543,10 +534,10 @@ def test_the_drive_arrives_however_soft_the_instrument(compliance):
     state = ensemble.advance(state, tangential_displacement=tuple(drive), instrument=soft)
     for each in (state, ensemble.with_friction(state, 0.03, instrument=soft)):
         reached = each.tangential_displacement + compliance * slip / limit * each.tangential_load
-        np.testing.assert_allclose(reached, drive, rtol=1e-9)
+        assert_allclose(reached, drive, rtol=1e-9)
 
 
-@pytest.mark.parametrize("friction", [0.4, np.linspace(0.3, 0.5, 12)])
+@mark.parametrize("friction", [0.4, np.linspace(0.3, 0.5, 12)])
 def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
     """Where |ΔV| ≤ μ Δd, ΔT = ΔV ΔN/Δd, whatever has slipped before, and nothing is dissipated."""
     ensemble = hs.Ensemble(UNIT, -np.linspace(0.0, 0.3, 12), 1.0, friction)
@@ -556,13 +547,13 @@ def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
     after = ensemble.advance(state, normal_displacement=0.35, tangential_displacement=(0.03, 0.06))
     rise = after.normal_load - state.normal_load
     change = np.subtract(after.tangential_load, state.tangential_load)
-    np.testing.assert_allclose(change, np.array([0.01, 0.02]) / 0.1 * rise, rtol=1e-13)
+    assert_allclose(change, np.array([0.01, 0.02]) / 0.1 * rise, rtol=1e-13)
     assert after.dissipated_energy == state.dissipated_energy
     # the same leg by its loads
     by_load = ensemble.advance(
         state, normal_load=after.normal_load, tangential_load=tuple(after.tangential_load)
     )
-    np.testing.assert_allclose(by_load.tangential_displacement, (0.03, 0.06), rtol=1e-12)
+    assert_allclose(by_load.tangential_displacement, (0.03, 0.06), rtol=1e-12)
     assert by_load.dissipated_energy == state.dissipated_energy
     # and in a hundred parts, which remember the same
     parts = state
@@ -572,16 +563,12 @@ def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
             parts, normal_displacement=0.25 + 0.1 * k / 100, tangential_displacement=moved
         )
     limit = np.mean(friction) * after.normal_load
-    np.testing.assert_allclose(
-        parts.tangential_load, after.tangential_load, rtol=0.0, atol=1e-6 * limit
-    )
+    assert_allclose(parts.tangential_load, after.tangential_load, rtol=0.0, atol=1e-6 * limit)
     one, many = (
         ensemble.advance(each, tangential_displacement=(-0.05, 0.02)) for each in (after, parts)
     )
-    np.testing.assert_allclose(
-        one.tangential_load, many.tangential_load, rtol=0.0, atol=1e-3 * limit
-    )
-    assert one.dissipated_energy == pytest.approx(many.dissipated_energy, rel=1e-3)
+    assert_allclose(one.tangential_load, many.tangential_load, rtol=0.0, atol=1e-3 * limit)
+    assert one.dissipated_energy == approx(many.dissipated_energy, rel=1e-3)
 
 
 # of a sphere of friction 0.3 at an approach of 1 m
@@ -626,8 +613,8 @@ def path_of(kind, parts):
     )
 
 
-@pytest.mark.parametrize("soft", [False, True])
-@pytest.mark.parametrize("kind", PATHS_FROM_A_TURN)
+@mark.parametrize("soft", [False, True])
+@mark.parametrize("kind", PATHS_FROM_A_TURN)
 def test_rows_are_read_along_a_path_and_do_not_change_its_end(kind, soft):
     """The end has the same bits with any rows, and a row those of the path that ends there."""
     ensemble = sphere(0.3)
@@ -653,7 +640,7 @@ def test_rows_are_read_along_a_path_and_do_not_change_its_end(kind, soft):
         assert row["saturated"] == (at.tangential_request != at.tangential_load).any()
 
 
-@pytest.mark.parametrize("kind", ["T beyond the limit", "N falls under a held T"])
+@mark.parametrize("kind", ["T beyond the limit", "N falls under a held T"])
 def test_beyond_the_limit_an_event_in_several_calls_is_one(kind):
     ensemble = sphere(0.3)
     start = start_from_a_turn(ensemble)
@@ -667,11 +654,11 @@ def test_beyond_the_limit_an_event_in_several_calls_is_one(kind):
             load = tuple(float(value) for value in begin + k / calls * (end - begin))
             normal = LOAD * (1 + k / calls * (level - 1))
             state = ensemble.advance(state, normal_load=normal, tangential_load=load, saturate=True)
-        np.testing.assert_allclose(state.tangential_load, one.tangential_load, atol=2e-3 * LIMIT)
-        np.testing.assert_allclose(
+        assert_allclose(state.tangential_load, one.tangential_load, atol=2e-3 * LIMIT)
+        assert_allclose(
             state.tangential_displacement, one.tangential_displacement, atol=5e-3 * SLIP
         )
-        assert state.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-2)
+        assert state.dissipated_energy == approx(one.dissipated_energy, rel=1e-2)
 
 
 def fall_in_steps(ensemble, state, friction, count, **options):
@@ -680,8 +667,8 @@ def fall_in_steps(ensemble, state, friction, count, **options):
     return state
 
 
-@pytest.mark.parametrize("share", [0.8, 0.5, 0.2, 0.0])
-@pytest.mark.parametrize("control", ["displacement", "load", "drive", "one component"])
+@mark.parametrize("share", [0.8, 0.5, 0.2, 0.0])
+@mark.parametrize("control", ["displacement", "load", "drive", "one component"])
 def test_a_fall_of_friction_after_turns_is_many_small_falls(control, share):
     ensemble, options = sphere(0.3), {}
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
@@ -702,19 +689,15 @@ def test_a_fall_of_friction_after_turns_is_many_small_falls(control, share):
     once = ensemble.with_friction(state, 0.3 * share, **options)
     many = fall_in_steps(ensemble, state, 0.3 * share, 50, **options)
     # a load beyond the new limit keeps its direction within the root of the tolerance
-    np.testing.assert_allclose(once.tangential_load, many.tangential_load, atol=2e-3 * LIMIT)
-    np.testing.assert_allclose(
-        once.tangential_displacement, many.tangential_displacement, atol=5e-3 * SLIP
-    )
-    assert once.dissipated_energy == pytest.approx(many.dissipated_energy, rel=5e-3)
+    assert_allclose(once.tangential_load, many.tangential_load, atol=2e-3 * LIMIT)
+    assert_allclose(once.tangential_displacement, many.tangential_displacement, atol=5e-3 * SLIP)
+    assert once.dissipated_energy == approx(many.dissipated_energy, rel=5e-3)
     if control == "displacement" and share == 0.5:
         # annuli of an independent discretisation, 256 falls
-        np.testing.assert_allclose(
-            once.tangential_load, np.array([0.1166, 0.4690]) * LIMIT, atol=5e-4 * LIMIT
-        )
+        assert_allclose(once.tangential_load, np.array([0.1166, 0.4690]) * LIMIT, atol=5e-4 * LIMIT)
 
 
-@pytest.mark.parametrize("parallel", [0.0, 1e5])
+@mark.parametrize("parallel", [0.0, 1e5])
 def test_a_stepper_with_a_stiffness_in_x_and_in_y_begins_in_the_plane(parallel):
     ensemble = sphere(0.3)
     instrument = hs.Instrument((LIMIT / SLIP, 2 * LIMIT / SLIP), parallel_stiffness=parallel)

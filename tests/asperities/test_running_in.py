@@ -1,7 +1,7 @@
 """Maps that are run in: what a pass cuts off, and what it leaves alone."""
 
 import numpy as np
-import pytest
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.asperities.running_in import Pass, run_in
@@ -26,12 +26,12 @@ def test_a_resolved_cap_is_cut_to_the_paraboloid_that_is_left():
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, 0.2, yielding=LAW)
     left = ensemble.advance(ensemble.initial_state(), normal_load=0.3).yielded
     lowered = surface.heights - after.heights
-    assert lowered[20, 20] == pytest.approx(left.yielded_depth[0], rel=1e-6)
-    assert after.summits().radius[0] == pytest.approx(left.summit_radius[0], rel=1e-6)
+    assert lowered[20, 20] == approx(left.yielded_depth[0], rel=1e-6)
+    assert after.summits().radius[0] == approx(left.summit_radius[0], rel=1e-6)
     # old paraboloid less new one, over the circle where they cross
     slope = 1 / RADIUS - 1 / left.summit_radius[0]
     volume = np.pi * left.yielded_depth[0] ** 2 / slope
-    assert record.removed_volume == pytest.approx(volume, rel=0.05)
+    assert record.removed_volume == approx(volume, rel=0.05)
     assert record.contact_count == 1
     # loaded as much again, the cap yields no more
     again, (second,) = run_in(
@@ -43,9 +43,7 @@ def test_a_resolved_cap_is_cut_to_the_paraboloid_that_is_left():
         wear=ArchardWear(coefficient=0.0, hardness=1e9),
     )
     assert second.removed_volume == 0.0
-    assert second.preliminary_displacement == pytest.approx(
-        record.preliminary_displacement, rel=1e-6
-    )
+    assert second.preliminary_displacement == approx(record.preliminary_displacement, rel=1e-6)
     np.testing.assert_array_equal(again.heights, after.heights)
 
 
@@ -61,8 +59,8 @@ def test_volume_is_lost_or_conserved():
     removed = sum(
         one.removed_volume for one in run_in(surface, PAIR, steps, friction=0.2, yielding=LAW)[1]
     )
-    assert (start - lost.heights.sum()) * pixel == pytest.approx(removed, rel=1e-6)
-    assert conserved.heights.sum() * pixel == pytest.approx(start * pixel, abs=1e-6 * removed)
+    assert (start - lost.heights.sum()) * pixel == approx(removed, rel=1e-6)
+    assert conserved.heights.sum() * pixel == approx(start * pixel, abs=1e-6 * removed)
 
 
 def test_wear_takes_what_archard_says_and_evens_out_the_summits():
@@ -78,8 +76,8 @@ def test_wear_takes_what_archard_says_and_evens_out_the_summits():
     np.testing.assert_array_equal(rested.heights, surface.heights)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@mark.parametrize(
+    "make, message",
     [
         (lambda: Pass(0.0), "normal_load"),
         (lambda: Pass(1.0, -1.0), "sliding_distance"),
@@ -100,6 +98,6 @@ def test_wear_takes_what_archard_says_and_evens_out_the_summits():
     ],
 )
 def test_nonsense_is_refused(make, message):
-    with pytest.raises(InputError) as caught:
+    with raises(InputError) as caught:
         make()
     assert message in str(caught.value)

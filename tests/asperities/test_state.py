@@ -5,10 +5,10 @@ import pickle
 import struct
 
 import numpy as np
-import pytest
 from golden import refused
 from pairs import PLAIN as PAIR
 from pairs import UNIT
+from pytest import approx, mark, raises
 
 import historysim as hs
 
@@ -43,7 +43,7 @@ def test_the_normal_stiffness_is_the_slope_of_the_load():
         for side in (1, -1)
     )
     slope = (above.normal_load - below.normal_load) / (2 * step)
-    assert stuck().normal_stiffness == pytest.approx(slope, rel=1e-8)
+    assert stuck().normal_stiffness == approx(slope, rel=1e-8)
     assert ENSEMBLE.initial_state().normal_stiffness == 0.0
 
 
@@ -55,10 +55,10 @@ def test_stiffness_count_and_share_are_those_that_are_recorded():
     ]
     contact, stick = np.sum(radii, axis=0)
     assert state.contact_count == sum(radius > 0 for radius, _ in radii) > 3
-    assert state.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * stick, rel=1e-12)
-    assert state.slip_share == pytest.approx(1 - stick / contact, rel=1e-10)
+    assert state.tangential_stiffness == approx(8 * PAIR.shear_modulus * stick, rel=1e-12)
+    assert state.slip_share == approx(1 - stick / contact, rel=1e-10)
     assert 0 < state.slip_share < 1
-    assert stuck().slip_share == pytest.approx(0, abs=1e-15)
+    assert stuck().slip_share == approx(0, abs=1e-15)
     assert ENSEMBLE.initial_state().slip_share == 0
     assert ENSEMBLE.advance(stuck(), tangential_displacement=1.0).slip_share == 1
 
@@ -75,7 +75,7 @@ def test_equal_states_have_the_same_bits():
     assert ENSEMBLE.initial_state() != "unloaded"
 
 
-@pytest.mark.parametrize("turns", [3, 160])
+@mark.parametrize("turns", [3, 160])
 def test_a_state_can_be_pickled_and_saved(tmp_path, turns):
     state = spiral(ENSEMBLE, stuck(), turns)
     assert len(state.vertices()) > turns
@@ -111,7 +111,7 @@ def test_other_files_are_refused(tmp_path):
     np.save(tmp_path / "array.npy", np.zeros(3))
     with refused(r"not a saved state|cut off|another version|another byte order"):
         ENSEMBLE.load_state(tmp_path / "array.npy")
-    with pytest.raises(FileNotFoundError):
+    with raises(FileNotFoundError):
         ENSEMBLE.load_state(tmp_path / "none.npz")
 
 

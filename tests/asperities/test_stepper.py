@@ -6,11 +6,11 @@ import warnings
 
 import numpy as np
 import positioning_stage
-import pytest
 from golden import check_messages
 from histories import random_contact, random_moves, to_events
 from pairs import PLAIN as PAIR
 from pairs import UNIT
+from pytest import approx, mark, raises, warns
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
@@ -29,8 +29,8 @@ def random_history(seed, several):
     return ensemble, random_moves(rng, contact, 0.02, 15)
 
 
-@pytest.mark.parametrize("several", [False, True])
-@pytest.mark.parametrize("seed", range(3))
+@mark.parametrize("several", [False, True])
+@mark.parametrize("seed", range(3))
 def test_a_stepper_and_a_state_have_the_bits_of_a_replay(seed, several):
     ensemble, moves = random_history(seed, several)
     replayed = hs.Replay(ensemble, to_events(moves), record="totals", saturate=True).state()
@@ -59,8 +59,8 @@ def test_a_stepper_and_a_state_have_the_bits_of_a_replay(seed, several):
         assert getattr(stepper, name) == getattr(state, name), name
 
 
-@pytest.mark.parametrize("kind", ["yields", "yields, by strength", "wears", "slides"])
-@pytest.mark.parametrize("seed", [1])
+@mark.parametrize("kind", ["yields", "yields, by strength", "wears", "slides"])
+@mark.parametrize("seed", [1])
 def test_a_stepper_of_asperities_that_evolve_has_the_bits_of_advance(kind, seed):
     rng = np.random.default_rng(seed)
     pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.2e9, hardness=5.5e9)
@@ -125,11 +125,11 @@ def test_a_step_that_is_refused_changes_nothing():
         {"normal_load": -1.0},
         {"normal_load": 0.1, "normal_displacement": 0.1},
     ):
-        with pytest.raises(hs.InputError, match="_load"):
+        with raises(hs.InputError, match="_load"):
             stepper.step(**wrong)
     assert stepper.save() == before
     stepper.step(tangential_load=np.float32(0.0625))
-    assert stepper.tangential_load == pytest.approx(0.0625, rel=1e-15)
+    assert stepper.tangential_load == approx(0.0625, rel=1e-15)
 
 
 def test_a_refused_goal_is_forgotten_by_the_next_step():
@@ -142,7 +142,7 @@ def test_a_refused_goal_is_forgotten_by_the_next_step():
     assert stepper.save() == ensemble.advance(ensemble.advance(state, tangential_displacement=0.01))
 
 
-@pytest.mark.parametrize("turned", [False, True])
+@mark.parametrize("turned", [False, True])
 def test_a_channel_without_a_target_is_held_as_it_was_controlled_whatever_the_caller_says(turned):
     ensemble = rough()
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.02)
@@ -168,7 +168,7 @@ def test_a_stepper_of_a_normal_curve_stays_on_it():
     assert stepper.save() == ensemble.advance(
         ensemble.initial_state(), normal_displacement=5e-7, tangential_displacement=1e-8
     )
-    with pytest.raises(hs.LoadError, match="beyond the normal curve"):
+    with raises(hs.LoadError, match="beyond the normal curve"):
         ensemble.advance(stepper.save(), normal_displacement=2e-6)
 
 
@@ -200,8 +200,8 @@ ENDS = {
 }
 
 
-@pytest.mark.parametrize("friction", [0.4, "each"])
-@pytest.mark.parametrize("end", ENDS)
+@mark.parametrize("friction", [0.4, "each"])
+@mark.parametrize("end", ENDS)
 def test_the_derivatives_at_the_end_agree_with_differences(friction, end):
     ensemble = rough(5, friction if friction == 0.4 else np.linspace(0.3, 0.5, 5))
     state = ensemble.initial_state()
@@ -223,17 +223,15 @@ def test_the_derivatives_at_the_end_agree_with_differences(friction, end):
     stepper.step(normal_displacement=approach, tangential_displacement=displacement)
     found = stepper.slopes()
     scale = stepper.save().normal_stiffness
-    assert found.tangential == pytest.approx(
+    assert found.tangential == approx(
         richardson(lambda u: reached(0, u).tangential_load, 1e-4), rel=1e-9, abs=1e-10 * scale
     )
     if approach != 0.03:
         # at a held approach the derivative differs from one side to the other
-        assert found.coupling == pytest.approx(
+        assert found.coupling == approx(
             richardson(lambda d: reached(d, 0).tangential_load, 1e-4), rel=1e-9, abs=1e-10 * scale
         )
-    assert found.normal == pytest.approx(
-        richardson(lambda d: reached(d, 0).normal_load, 1e-4), rel=1e-9
-    )
+    assert found.normal == approx(richardson(lambda d: reached(d, 0).normal_load, 1e-4), rel=1e-9)
 
 
 def test_the_derivative_after_friction_has_fallen_agrees_with_differences():
@@ -252,11 +250,11 @@ def test_the_derivative_after_friction_has_fallen_agrees_with_differences():
         ).tangential_load
 
     found = stepper.slopes()
-    assert found.tangential == pytest.approx(richardson(lambda u: load(0, u), 2e-5), rel=1e-9)
-    assert found.coupling == pytest.approx(richardson(lambda d: load(d, 0), 2e-5), rel=1e-9)
+    assert found.tangential == approx(richardson(lambda u: load(0, u), 2e-5), rel=1e-9)
+    assert found.coupling == approx(richardson(lambda d: load(d, 0), 2e-5), rel=1e-9)
 
 
-@pytest.mark.skipif(not positioning_stage.hatch_build.compiler(), reason="needs a C compiler")
+@mark.skipif(not positioning_stage.hatch_build.compiler(), reason="needs a C compiler")
 def test_a_loop_in_c_that_steps_by_address_has_the_same_bits():
     ensemble = positioning_stage.rough_contact(50)
     motion = positioning_stage.controlled(ensemble, duration=0.3)
@@ -291,9 +289,7 @@ def test_a_stepper_that_knows_its_times_warns_of_a_second_move_at_one():
     stepper.step(tangential_displacement=0.001, time=0.1)
     kept = stepper.save()
     stepper.step(tangential_displacement=0.002, time=0.2)
-    with pytest.warns(
-        UserWarning, match=r"was moved to t = 0\.15 s when it had been at 0\.2 s: where"
-    ):
+    with warns(UserWarning, match=r"was moved to t = 0\.15 s when it had been at 0\.2 s: where"):
         stepper.step(tangential_displacement=0.0015, time=0.15)
     stepper.restore(kept)
     stepper.step(tangential_displacement=0.0015, time=0.15)

@@ -1,8 +1,8 @@
 import math
 
 import numpy as np
-import pytest
 from pairs import PLAIN
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.asperities import laws, validity
@@ -42,7 +42,7 @@ def test_the_rough_surface_of_the_source_is_reported_once_and_the_smooth_one_not
     steep = [
         load for load, d, r in zip(loads, depth, coarse.summit_radius, strict=True) if d > 0.09 * r
     ]
-    assert found[0].value == pytest.approx(sum(steep) / 50e-3, rel=1e-9)
+    assert found[0].value == approx(sum(steep) / 50e-3, rel=1e-9)
     assert found[0].value > 0.9
     assert "\n" not in found[0].text
     assert "s_filter" in found[0].text
@@ -87,7 +87,7 @@ def test_the_contact_area_is_compared_with_the_nominal_one():
         assert names(findings(ensemble, 1e-6)) == expected
 
 
-@pytest.mark.parametrize("few", [0, 60])
+@mark.parametrize("few", [0, 60])
 def test_circles_that_overlap_are_those_that_a_search_of_all_pairs_finds(few, monkeypatch):
     monkeypatch.setattr(validity, "MOST_PAIRED", few)
     rng = np.random.default_rng(1)
@@ -117,7 +117,7 @@ def test_adhesion_is_reported_from_the_pull_off_load_of_jkr():
     )
     (found,) = findings(ensemble, ensemble.approach_at(9 * pull_off))
     assert found.name == "adhesion"
-    assert found.value == pytest.approx(1 / 9)
+    assert found.value == approx(1 / 9)
     # 9 pull-offs of 1.5 πWR
     assert "N/(πWR) is 14 or less" in found.text
     assert findings(ensemble, ensemble.approach_at(11 * pull_off)) == ()
@@ -132,8 +132,8 @@ def test_adhesion_is_reported_from_the_pull_off_load_of_jkr():
 CYLINDER_LIMITS = {"steep": 0.3, "plane_strain": 0.02, "yield": 2 * 1.79 * 0.5e9 / 50e9}
 
 
-@pytest.mark.parametrize("name", CYLINDER_LIMITS)
-@pytest.mark.parametrize("nu", [0.0, 0.4])
+@mark.parametrize("name", CYLINDER_LIMITS)
+@mark.parametrize("nu", [0.0, 0.4])
 def test_the_limits_of_a_cylinder(name, nu):
     stress = {"yield_stress": 0.5e9} if name == "yield" else {}
     pair = hs.MaterialPair.from_moduli(
@@ -160,7 +160,7 @@ def test_what_the_instrument_does_not_resolve_is_reported():
     displacement = PAIR.displacement_ratio * 0.2 * 1e-9
     ensemble = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
     (found,) = findings(ensemble, 1e-9, Instrument(displacement_resolution=1.01 * displacement))
-    assert (found.name, found.value) == ("resolution", pytest.approx(displacement))
+    assert (found.name, found.value) == ("resolution", approx(displacement))
     assert findings(ensemble, 1e-9, Instrument(displacement_resolution=0.99 * displacement)) == ()
 
 
@@ -178,7 +178,7 @@ def test_two_spikes_that_carry_all_are_reported():
             assert "2 summits of 5,000" in found[0].text
 
 
-@pytest.mark.parametrize(("distance", "reported"), [(1.1, False), (0.9, True)])
+@mark.parametrize("distance, reported", [(1.1, False), (0.9, True)])
 def test_friction_that_rises_faster_than_springs_can_slide_is_reported(distance, reported):
     """Where Δμ/Δs is 1/(θδ) a spring that slides gains as much limit as it is strained."""
     rise = 0.3 * PLAIN.displacement_ratio * 0.01 * distance
@@ -209,7 +209,7 @@ def test_where_the_model_of_yielding_ends():
     )
     assert (found.name, found.value) == (
         "hardening",
-        pytest.approx(0.2 * radius[0] / 1e-3, rel=1e-6),
+        approx(0.2 * radius[0] / 1e-3, rel=1e-6),
     )
     # all of it carries the hardness
     load = 1e9 * math.pi * (0.3e-3) ** 2
@@ -240,7 +240,7 @@ def test_where_the_model_of_yielding_ends():
 def test_the_load_at_which_glass_cracks_is_of_the_order_of_lawn_and_evans():
     """0.02 N for soda-lime glass: 2.2e4 K⁴/H³."""
     glass = hs.material("float glass")
-    assert glass.cracking_load == pytest.approx(2.2e4 * 0.75e6**4 / 5.9e9**3)
+    assert glass.cracking_load == approx(2.2e4 * 0.75e6**4 / 5.9e9**3)
     assert 0.005 < glass.cracking_load < 0.1
     assert hs.material("copper").cracking_load is None
     assert hs.MaterialPair(hs.material("copper"), glass).cracking_load == glass.cracking_load

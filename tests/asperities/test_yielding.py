@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-import pytest
 from golden import refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, mark, param, raises
 
 import historysim as hs
 from historysim.asperities.laws import ShearStrength
@@ -58,8 +59,8 @@ def springs_of(ensemble, springs=1500, friction=FRICTION):
 # ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("x", "load", "area", "radius", "left", "elements"),
+@mark.parametrize(
+    "x, load, area, radius, left, elements",
     [
         (10.0, 25.65, 13.16, 1.860, 0.293, 0.378),
         (30.0, 102.7, 46.34, 3.070, 0.497, 0.555),
@@ -70,26 +71,26 @@ def test_kogut_and_etsion_and_what_is_left_against_finite_elements(
     x, load, area, radius, left, elements
 ):
     f, g, _ = (each[0] for each in over_critical(LAW, [x]))
-    assert f == pytest.approx(load, rel=5e-4)
-    assert g == pytest.approx(area, rel=5e-4)
-    assert g**1.5 / f == pytest.approx(radius, rel=3e-4)
+    assert f == approx(load, rel=5e-4)
+    assert g == approx(area, rel=5e-4)
+    assert g**1.5 / f == approx(radius, rel=3e-4)
     # what springs back is the square of the contact radius over the radius that is left
-    assert 1 - g / x / (g**1.5 / f) == pytest.approx(left, abs=6e-4)
+    assert 1 - g / x / (g**1.5 / f) == approx(left, abs=6e-4)
     # after Etsion, Kligerman and Kadin, 2005
     finite = (1 - x**-0.28) * (1 - x**-0.69)
-    assert finite == pytest.approx(elements, abs=6e-4)
+    assert finite == approx(elements, abs=6e-4)
     assert 0.05 < 1 - left / finite < 0.24
 
 
-@pytest.mark.parametrize(
-    ("law", "joints"), [(KogutEtsion, (1, 6, 100, 110)), (Thornton, (1,)), (JacksonGreen, (1, 1.9))]
+@mark.parametrize(
+    "law, joints", [(KogutEtsion, (1, 6, 100, 110)), (Thornton, (1,)), (JacksonGreen, (1, 1.9))]
 )
 def test_laws_are_continuous_and_rise(law, joints):
     law = law(hardness=HARDNESS, poissons_ratio=RATIO)
     for joint in joints:
         below, above = (over_critical(law, [joint * (1 + side * 1e-9)]) for side in (-1, 1))
         for one, other in zip(below, above, strict=True):
-            assert one[0] == pytest.approx(other[0], rel=1e-7)
+            assert one[0] == approx(other[0], rel=1e-7)
     load, area, _ = over_critical(law, np.geomspace(0.1, 150, 500))
     assert (np.diff(load) > 0).all()
     assert (np.diff(area) > 0).all()
@@ -98,18 +99,18 @@ def test_laws_are_continuous_and_rise(law, joints):
 def test_laws_as_printed_away_from_their_joints():
     x = np.array([7.0, 20.0, 99.0, 120.0, 1000.0])
     load, area, pressure = over_critical(LAW, x)
-    np.testing.assert_allclose(load[:3], 1.40 * x[:3] ** 1.263, rtol=1e-12)
-    np.testing.assert_allclose(area, [*(0.94 * x[:3] ** 1.146), 240, 2000], rtol=1e-12)
-    np.testing.assert_allclose(pressure[3:], HARDNESS, rtol=1e-12)
+    assert_allclose(load[:3], 1.40 * x[:3] ** 1.263, rtol=1e-12)
+    assert_allclose(area, [*(0.94 * x[:3] ** 1.146), 240, 2000], rtol=1e-12)
+    assert_allclose(pressure[3:], HARDNESS, rtol=1e-12)
     load, area, pressure = over_critical(Thornton(hardness=HARDNESS), x)
-    np.testing.assert_allclose(load, 1 + 1.5 * (x - 1), rtol=1e-12)
-    np.testing.assert_allclose(area, x, rtol=1e-12)
-    assert pressure[-1] == pytest.approx(1.6 / 2.8 * HARDNESS, rel=1e-3)
+    assert_allclose(load, 1 + 1.5 * (x - 1), rtol=1e-12)
+    assert_allclose(area, x, rtol=1e-12)
+    assert pressure[-1] == approx(1.6 / 2.8 * HARDNESS, rel=1e-3)
     law = JacksonGreen(hardness=HARDNESS, poissons_ratio=RATIO).of(PAIR)
     strain = HARDNESS / 2.8 / MODULUS
     power = 0.14 * math.exp(23 * strain)
     load, area, _ = over_critical(law, [20.0])
-    assert area[0] == pytest.approx(20 * (20 / 1.9) ** power, rel=1e-12)
+    assert area[0] == approx(20 * (20 / 1.9) ** power, rel=1e-12)
     width = math.pi * 1.295 * math.exp(0.736 * RATIO) * strain / 2 * math.sqrt(area[0])
     limit = 2.84 * (1 - math.exp(-0.82 * width**-0.7)) * 4 / (1.295 * math.exp(0.736 * RATIO))
     printed = (
@@ -117,7 +118,7 @@ def test_laws_as_printed_away_from_their_joints():
         + limit * (1 - math.exp(-(20 ** (5 / 9)) / 25)) * 20
     )
     # a tenth of the jump at 1.9 is left
-    assert load[0] == pytest.approx(printed, rel=1e-3)
+    assert load[0] == approx(printed, rel=1e-3)
 
 
 def test_onset_is_where_the_peak_pressure_agrees_with_the_yield_stress():
@@ -129,8 +130,8 @@ def test_onset_is_where_the_peak_pressure_agrees_with_the_yield_stress():
             * hertz.normal_load(critical, summit_radius=1e-6, contact_modulus=MODULUS)
             / (np.pi * 1e-6 * critical)
         )
-        assert peak == pytest.approx(known.peak_at_onset, rel=1e-12)
-        assert peak / (HARDNESS / 2.8) == pytest.approx(1.6, rel=0.012)
+        assert peak == approx(known.peak_at_onset, rel=1e-12)
+        assert peak / (HARDNESS / 2.8) == approx(1.6, rel=0.012)
 
 
 @given(st.floats(0.0, 0.5), st.floats(1e-3, 1e3), st.floats(1e8, 1e11))
@@ -146,13 +147,13 @@ def test_numbers_come_from_the_softer_material():
     assert law.hardness == hs.material("float glass").hardness
     assert law.poissons_ratio == hs.material("float glass").poissons_ratio
     known = hs.MaterialPair.from_moduli(contact_modulus=1e9, shear_modulus=1e9, yield_stress=1e8)
-    assert Thornton().of(known).hardness == pytest.approx(2.8e8)
+    assert Thornton().of(known).hardness == approx(2.8e8)
     for law in YIELDING_LAWS.values():
         assert YieldingLaw.from_settings(law(hardness=1e9).settings) == law(hardness=1e9)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@mark.parametrize(
+    "make, message",
     [
         (
             lambda: KogutEtsion(poissons_ratio=0.7),
@@ -176,7 +177,7 @@ def test_numbers_come_from_the_softer_material():
     ],
 )
 def test_nonsense_is_refused(make, message):
-    with pytest.raises(InputError) as caught:
+    with raises(InputError) as caught:
         make()
     assert message in str(caught.value)
 
@@ -207,13 +208,10 @@ class Softer(YieldingLaw):
         )
 
 
-@pytest.mark.parametrize(
-    ("kind", "seeds"),
+@mark.parametrize(
+    "kind, seeds",
     [(kind, (0, 8)) for kind in ("yields", "wears", "law")]
-    + [
-        pytest.param(kind, range(200), marks=pytest.mark.slow)
-        for kind in ("yields", "wears", "law")
-    ],
+    + [param(kind, range(200), marks=mark.slow) for kind in ("yields", "wears", "law")],
 )
 def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
     for seed in seeds:
@@ -232,7 +230,7 @@ def test_a_law_of_the_users_own():
         "total_yielding_energy",
         "tangential_displacement",
     ):
-        np.testing.assert_allclose(own[name], built_in[name], rtol=1e-9, atol=1e-30)
+        assert_allclose(own[name], built_in[name], rtol=1e-9, atol=1e-30)
     assert __name__ in own.attrs["packages"]
     assert "packages" not in built_in.attrs
     assert '"law": "softer"' in own.attrs["yielding_law_settings"]
@@ -252,11 +250,11 @@ def test_a_law_of_the_users_own():
 # ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("count", "seed"),
+@mark.parametrize(
+    "count, seed",
     [
         (3, 2),
-        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (1, 8), (3, 3), (3, 6))),
+        *(param(*each, marks=mark.slow) for each in ((1, 1), (1, 8), (3, 3), (3, 6))),
     ],
 )
 def test_random_displacements_against_springs(count, seed):
@@ -273,26 +271,20 @@ def test_random_displacements_against_springs(count, seed):
         springs.go(d, u, 1000)
         most = max(most, springs.stored.sum())
         limit = FRICTION * springs.normal_loads().sum()
-        assert state.normal_load == pytest.approx(springs.normal_loads().sum(), rel=1e-12)
-        assert state.tangential_load == pytest.approx(
-            springs.tangential_loads.sum(), abs=1e-3 * limit
-        )
-        assert state.stored_energy == pytest.approx(springs.stored.sum(), rel=2e-3, abs=1e-4 * most)
-        assert state.dissipated_energy == pytest.approx(
+        assert state.normal_load == approx(springs.normal_loads().sum(), rel=1e-12)
+        assert state.tangential_load == approx(springs.tangential_loads.sum(), abs=1e-3 * limit)
+        assert state.stored_energy == approx(springs.stored.sum(), rel=2e-3, abs=1e-4 * most)
+        assert state.dissipated_energy == approx(
             springs.dissipated.sum(), rel=3e-3, abs=1e-3 * most
         )
         left = state.yielded
-        np.testing.assert_allclose(left.summit_radius, springs.radius, rtol=1e-10)
-        np.testing.assert_allclose(
-            left.yielded_depth, springs.virgin - springs.height, rtol=1e-9, atol=1e-20
-        )
+        assert_allclose(left.summit_radius, springs.radius, rtol=1e-10)
+        assert_allclose(left.yielded_depth, springs.virgin - springs.height, rtol=1e-9, atol=1e-20)
         spent = (springs.work - springs.elastic).sum()
-        assert left.yielding_energy.sum() == pytest.approx(
-            spent, rel=1e-4, abs=1e-5 * springs.work.sum()
-        )
+        assert left.yielding_energy.sum() == approx(spent, rel=1e-4, abs=1e-5 * springs.work.sum())
         assert (left.yielding_energy >= before.yielded.yielding_energy).all()
         assert state.dissipated_energy >= before.dissipated_energy
-        np.testing.assert_allclose(
+        assert_allclose(
             [ensemble.asperity(i, state).tangential_load for i in range(count)],
             springs.tangential_loads,
             atol=2e-3 * limit,
@@ -314,12 +306,8 @@ def test_friction_of_constant_strength_against_springs():
         state = ensemble.advance(state, normal_displacement=d, tangential_displacement=u)
         springs.go(d, u, 1000)
         limit = (coefficient(springs.normal_loads(), springs.radius) * springs.normal_loads()).sum()
-        assert state.tangential_load == pytest.approx(
-            springs.tangential_loads.sum(), abs=3e-3 * limit
-        )
-        assert state.dissipated_energy == pytest.approx(
-            springs.dissipated.sum(), rel=2e-2, abs=1e-16
-        )
+        assert state.tangential_load == approx(springs.tangential_loads.sum(), abs=3e-3 * limit)
+        assert state.dissipated_energy == approx(springs.dissipated.sum(), rel=2e-2, abs=1e-16)
 
 
 # ---- first loading, running in
@@ -337,8 +325,8 @@ def test_summits_that_yielded_without_traction_share_one_memory_and_are_elastic(
     load = hertz.normal_load(
         np.maximum(own, 0), summit_radius=left.summit_radius, contact_modulus=MODULUS
     )
-    np.testing.assert_allclose(load[touching], left.yielding_load[touching], rtol=1e-9)
-    assert load.sum() == pytest.approx(20e-3, rel=1e-9)
+    assert_allclose(load[touching], left.yielding_load[touching], rtol=1e-9)
+    assert load.sum() == approx(20e-3, rel=1e-9)
     # from here on it is the ensemble of the summits that are left
     elastic = hs.Ensemble(PAIR, left.summit_height, left.summit_radius, FRICTION)
     again = elastic.advance(elastic.initial_state(), normal_load=20e-3)
@@ -353,11 +341,9 @@ def test_summits_that_yielded_without_traction_share_one_memory_and_are_elastic(
         again = elastic.advance(again, normal_load=load, tangential_load=tangential)
         assert np.unique(state.group).size == 1
         moved = state.tangential_displacement
-        assert moved == pytest.approx(again.tangential_displacement, rel=1e-9, abs=1e-18)
-        assert state.dissipated_energy == pytest.approx(
-            again.dissipated_energy, rel=1e-8, abs=1e-25
-        )
-    np.testing.assert_array_equal(state.yielded.summit_height, left.summit_height)
+        assert moved == approx(again.tangential_displacement, rel=1e-9, abs=1e-18)
+        assert state.dissipated_energy == approx(again.dissipated_energy, rel=1e-8, abs=1e-25)
+    assert_array_equal(state.yielded.summit_height, left.summit_height)
 
 
 @settings(max_examples=8, deadline=None)
@@ -381,11 +367,11 @@ def test_no_energy_is_made(seed):
     own = history["contact_radius"].values[-1] ** 2 / history["present_summit_radius"].values[-1]
     elastic = (0.4 * history["normal_load"].values[-1] * own).sum()
     spent = float(history["total_yielding_energy"][-1])
-    assert normal == pytest.approx(spent + elastic, rel=1e-3)
+    assert normal == approx(spent + elastic, rel=1e-3)
     work = np.trapezoid(force, moved)
     lost = float(history["total_dissipated_energy"][-1])
     state = hs.Replay(ensemble, events).state()
-    assert work == pytest.approx(lost + state.stored_energy, rel=2e-2, abs=2e-3 * lost)
+    assert work == approx(lost + state.stored_energy, rel=2e-2, abs=2e-3 * lost)
 
 
 def test_a_summit_that_is_replaced_yields_anew():
@@ -394,10 +380,10 @@ def test_a_summit_that_is_replaced_yields_anew():
     new = ensemble.with_geometry(state, summit_height=0.0, summit_radius=0.8e-6, asperities=[2])
     left = new.yielded
     load, _ = LAW.first_loading(np.array([100e-9]), np.array([0.8e-6]), PAIR)
-    assert left.yielding_load[2] == pytest.approx(load[0], rel=1e-9)
+    assert left.yielding_load[2] == approx(load[0], rel=1e-9)
     assert left.virgin_radius[2] == 0.8e-6
-    np.testing.assert_array_equal(left.yielding_load[:2], state.yielded.yielding_load[:2])
-    assert new.approach == pytest.approx(100e-9)
+    assert_array_equal(left.yielding_load[:2], state.yielded.yielding_load[:2])
+    assert new.approach == approx(100e-9)
 
 
 def test_the_approach_at_a_load_agrees_with_first_loading():
@@ -405,7 +391,7 @@ def test_the_approach_at_a_load_agrees_with_first_loading():
     approach = ensemble.approach_at(10e-3)
     assert ensemble.advance(
         ensemble.initial_state(), normal_displacement=approach
-    ).normal_load == pytest.approx(10e-3)
+    ).normal_load == approx(10e-3)
     assert approach > rough(30, 1).approach_at(10e-3)
     assert ensemble.approach_at(0.0) == 0.0
 
@@ -420,16 +406,16 @@ def test_running_in_and_the_order_of_loads():
         rough(400, 1, yielding=LAW),
         [hs.NormalLoad(float(k), n) for k, n in enumerate((90e-3, 70e-3, 50e-3))],
     )
-    np.testing.assert_allclose(
+    assert_allclose(
         up["present_summit_height"].isel(step=-1),
         down["present_summit_height"].isel(step=-1),
         rtol=1e-9,
     )
-    assert float(up["real_contact_area"][-1]) == pytest.approx(
+    assert float(up["real_contact_area"][-1]) == approx(
         float(down["real_contact_area"][0]), rel=1e-9
     )
     reach = [history.contact.preliminary_displacement().values for history in (up, down)]
-    assert reach[0][2] == pytest.approx(reach[1][0], rel=1e-9)
+    assert reach[0][2] == approx(reach[1][0], rel=1e-9)
     # flattened by 90 mN, the surface displaces otherwise at 50 mN than on its first loading
     assert abs(reach[1][2] / reach[0][0] - 1) > 0.01
     assert (np.diff(down["total_yielding_energy"].values) == 0).all()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from golden import check_messages
+from numpy.testing import assert_array_equal
 
 from historysim.basics.arguments import as_floats, as_item_array, per_axis, scalar
 
@@ -12,9 +13,9 @@ def radii(values, count=None):
 
 
 def test_one_number_stands_for_all():
-    np.testing.assert_array_equal(radii(2, 3), [2.0, 2.0, 2.0])
-    np.testing.assert_array_equal(radii(2), [2.0])
-    np.testing.assert_array_equal(radii([1, 2, 3], 3), [1.0, 2.0, 3.0])
+    assert_array_equal(radii(2, 3), [2.0, 2.0, 2.0])
+    assert_array_equal(radii(2), [2.0])
+    assert_array_equal(radii([1, 2, 3], 3), [1.0, 2.0, 3.0])
     assert radii([]).shape == radii([], 0).shape == (0,)
 
 
@@ -29,7 +30,7 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
 
 
 def test_texts_with_units_come_where_the_name_has_a_unit():
-    np.testing.assert_array_equal(as_floats("summit_height", ["1 µm", -2e-6]), [1e-6, -2e-6])
+    assert_array_equal(as_floats("summit_height", ["1 µm", -2e-6]), [1e-6, -2e-6])
     assert scalar("normal_load", "50 mN", above=0) == 0.05
     assert per_axis("pixel_size", "1 µm") == (1e-6, 1e-6)
 

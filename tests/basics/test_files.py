@@ -11,8 +11,8 @@ from pathlib import Path
 
 import h5py
 import netCDF4
-import pytest
 from pairs import UNIT
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.basics import system
@@ -31,7 +31,7 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-@pytest.fixture
+@fixture
 def older(tmp_path):
     path = tmp_path / "out.nc"
     path.write_text("older", encoding="utf-8")
@@ -49,14 +49,14 @@ def test_the_new_file_takes_the_place_of_the_old_one_at_the_end(older):
     assert names(older.parent) == ["out.nc"]
 
 
-@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+@mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_after_an_error_the_old_one_is_there_and_nothing_else(older, error):
     def fail():
         with replacing(older) as unfinished:
             unfinished.write_text("half", encoding="utf-8")
             raise error
 
-    with pytest.raises(error):
+    with raises(error):
         fail()
     assert older.read_text(encoding="utf-8") == "older"
     assert names(older.parent) == ["out.nc"]
@@ -81,8 +81,8 @@ def test_it_is_on_the_disk_before_it_has_its_name_and_the_name_is_afterwards(tmp
     assert order == ["file", "rename", "folder"]
 
 
-@pytest.mark.skipif(os.name != "posix", reason="needs the permissions of POSIX")
-@pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600)])
+@mark.skipif(os.name != "posix", reason="needs the permissions of POSIX")
+@mark.parametrize("mask, mode", [(0o022, 0o644), (0o077, 0o600)])
 def test_it_may_be_read_by_whom_the_user_lets_read(tmp_path, mask, mode):
     before = os.umask(mask)
     try:
@@ -93,7 +93,7 @@ def test_it_may_be_read_by_whom_the_user_lets_read(tmp_path, mask, mode):
     assert (tmp_path / "out.nc").stat().st_mode & 0o777 == mode
 
 
-@pytest.mark.parametrize("refused", ["open", "fsync"])
+@mark.parametrize("refused", ["open", "fsync"])
 def test_whatever_the_system_refuses_is_reported_of_the_name_asked_for(older, refused, monkeypatch):
     called = getattr(os, refused)
 
@@ -104,7 +104,7 @@ def test_whatever_the_system_refuses_is_reported_of_the_name_asked_for(older, re
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), *named)
 
     monkeypatch.setattr(os, refused, refuse)
-    with pytest.raises(OSError, match="No space left on device") as caught, replacing(older):
+    with raises(OSError, match="No space left on device") as caught, replacing(older):
         pass
     monkeypatch.undo()
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(older))
@@ -112,8 +112,8 @@ def test_whatever_the_system_refuses_is_reported_of_the_name_asked_for(older, re
     assert names(older.parent) == ["out.nc"]
 
 
-@pytest.mark.parametrize(
-    ("target", "refused"),
+@mark.parametrize(
+    "target, refused",
     [
         ("result", "rename"),
         ("result", "fsync of the folder"),
@@ -145,17 +145,17 @@ def test_a_failure_at_the_end_names_the_file_asked_for(tmp_path, target, refused
         "result": lambda: hs.run(tmp_path / "a.history", tmp_path / name),
         "log": lambda: hs.EventLog.create(tmp_path / name, ensemble, events),
     }
-    with pytest.raises(OSError, match="Input/output error") as caught:
+    with raises(OSError, match="Input/output error") as caught:
         write[target]()
     monkeypatch.undo()
     assert caught.value.filename == str(tmp_path / name)
 
 
 def test_an_error_in_the_block_names_the_file_asked_for_or_another(older, tmp_path):
-    with pytest.raises(FileNotFoundError) as caught, replacing(older) as unfinished:
+    with raises(FileNotFoundError) as caught, replacing(older) as unfinished:
         unfinished.unlink()
     assert caught.value.filename == str(older)
-    with pytest.raises(FileNotFoundError) as caught, replacing(older):
+    with raises(FileNotFoundError) as caught, replacing(older):
         (tmp_path / "other").read_bytes()
     assert caught.value.filename == str(tmp_path / "other")
 
@@ -204,18 +204,18 @@ def test_its_name_cannot_be_guessed_and_is_not_followed(older, monkeypatch):
     victim = older.parent / "victim"
     victim.write_text("whose", encoding="utf-8")
     (older.parent / unfinished_of(os.getpid())).symlink_to(victim)
-    with pytest.raises(FileExistsError), replacing(older):
+    with raises(FileExistsError), replacing(older):
         pass
     assert victim.read_text(encoding="utf-8") == "whose"
 
 
-@pytest.mark.parametrize("kind", ["link", "fifo"])
+@mark.parametrize("kind", ["link", "fifo"])
 def test_only_a_regular_file_is_replaced(older, kind):
     path = older.parent / kind
     path.symlink_to(older) if kind == "link" else os.mkfifo(path)
-    with pytest.raises(InputError, match=f"(?i)is a {kind}"), replacing(path):
+    with raises(InputError, match=f"(?i)is a {kind}"), replacing(path):
         pass
-    with pytest.raises(InputError, match=f"(?i)is a {kind}"):
+    with raises(InputError, match=f"(?i)is a {kind}"):
         check_replaceable(path)
     assert older.read_text(encoding="utf-8") == "older"
 
@@ -226,7 +226,7 @@ def test_a_file_of_a_known_name_is_ones_own(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "none")
     os.mkfifo(tmp_path / "fifo")
     for name in ("made", "link", "fifo"):
-        with pytest.raises(OSError, match=f"{name} is .*; remove it"):
+        with raises(OSError, match=f"{name} is .*; remove it"):
             own_file(tmp_path / name)
     os.close(own_file(tmp_path / "made", shared=True))
     assert not (tmp_path / "none").exists()
@@ -236,7 +236,7 @@ def test_a_file_of_something_else_is_left_alone(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "letter").write_text("what nobody has twice", encoding="utf-8")
     for name in ("folder", "letter"):
-        with pytest.raises(OSError, match=f"{name} .*; move it away"):
+        with raises(OSError, match=f"{name} .*; move it away"):
             own_file(tmp_path / name, begins=(b"SQLite",))
     assert (tmp_path / "letter").read_text(encoding="utf-8") == "what nobody has twice"
     os.close(own_file(tmp_path / "letter", begins=(b"rows", b"what")))

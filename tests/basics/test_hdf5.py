@@ -8,13 +8,13 @@ import time
 import h5py
 import hostile
 import numpy as np
-import pytest
 from golden import refused
+from pytest import mark
 
 from historysim.basics import system
 from historysim.basics.hdf5 import check_contained, check_named
 
-pytestmark = pytest.mark.usefixtures("alone")
+pytestmark = mark.usefixtures("alone")
 
 
 def made(folder, fill):
@@ -24,8 +24,8 @@ def made(folder, fill):
     return folder / "m.h5"
 
 
-@pytest.mark.parametrize(
-    ("fill", "by_h5py", "message"),
+@mark.parametrize(
+    "fill, by_h5py, message",
     [
         (hostile._external, True, "'/F' is stored in other files"),
         (hostile._nested, False, "HISTORYSIM_MOST_HDF5_DEPTH"),
@@ -88,15 +88,15 @@ def scale(file):
     return file["t"]
 
 
-copies = pytest.mark.skipif(not system.COPIES_PROCESSES, reason="copies no processes")
+copies = mark.skipif(not system.COPIES_PROCESSES, reason="copies no processes")
 
 
 @copies
-@pytest.mark.parametrize(
-    ("task", "well"),
+@mark.parametrize(
+    "task, well",
     [(bool, True), (lambda: 1 / 0, True), (lambda: time.sleep(60), False), (os.abort, False)],
 )
-@pytest.mark.parametrize("action", [signal.SIG_DFL, signal.SIG_IGN])
+@mark.parametrize("action", [signal.SIG_DFL, signal.SIG_IGN])
 def test_a_copy_reports_how_it_ends_whatever_happens_to_the_signal_of_ended_children(
     task, well, action
 ):
@@ -122,15 +122,15 @@ def test_where_no_copy_can_be_made_a_fresh_process_reads(tmp_path, monkeypatch):
     check_contained(made(tmp_path, lambda file, _: file.create_dataset("x", data=np.zeros(3))))
 
 
-@pytest.mark.parametrize("program", ["/bin/false", ""])
+@mark.parametrize("program", ["/bin/false", ""])
 def test_where_no_process_can_be_started_the_file_is_read_here(tmp_path, monkeypatch, program):
     monkeypatch.setattr(system, "COPIES_PROCESSES", False)
     monkeypatch.setattr(sys, "executable", program)
     check_contained(made(tmp_path, lambda file, _: file.create_dataset("x", data=np.zeros(3))))
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs the limits and signals of POSIX")
-@pytest.mark.parametrize(
+@mark.skipif(sys.platform == "win32", reason="needs the limits and signals of POSIX")
+@mark.parametrize(
     "shell",
     [
         "trap '' CHLD; ulimit -v 4000000; ulimit -t 100; ulimit -c 0; export TMPDIR=/nowhere",
@@ -149,7 +149,7 @@ def test_a_result_is_read_in_unusual_surroundings(tmp_path, shell):
     assert (b"time" in done.stdout) != (">&-" in shell.replace("2>&-", ""))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="needs the limit of memory of Linux")
+@mark.skipif(sys.platform != "linux", reason="needs the limit of memory of Linux")
 def test_a_limit_of_memory_is_lowered_and_never_raised():
     program = (
         "import resource\n"

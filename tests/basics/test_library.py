@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
+from pytest import mark, raises
 
 from historysim.basics import _declarations, library
 from historysim.basics.library import ffi, lib, pointer
@@ -19,7 +19,7 @@ SOURCES = [
     path for path in sorted(PACKAGE.rglob("*.[ch]")) if PACKAGE / "exchange" not in path.parents
 ]
 NM = shutil.which("nm")
-nm = pytest.mark.skipif(not NM or sys.platform != "linux", reason="asks nm of an ELF file")
+nm = mark.skipif(not NM or sys.platform != "linux", reason="asks nm of an ELF file")
 
 
 def symbols(which):
@@ -42,7 +42,7 @@ def test_the_library_knows_nothing_of_python():
     assert not [path for path in SOURCES if "Python.h" in path.read_text(encoding="utf-8")]
 
 
-@pytest.mark.skipif(
+@mark.skipif(
     not (PACKAGE.parent / "pyproject.toml").exists(), reason="installed without its sources"
 )
 def test_the_library_is_not_older_than_its_sources():
@@ -64,8 +64,8 @@ def test_a_pointer_is_the_memory_of_its_array():
     assert ffi.typeof(pointer(np.zeros(2, dtype=np.bool_))) is ffi.typeof("bool[]")
 
 
-@pytest.mark.parametrize(
-    ("array", "error"),
+@mark.parametrize(
+    "array, error",
     [
         (np.zeros((4, 4))[:, 0], ValueError),
         (np.zeros(3, dtype=np.float32), KeyError),
@@ -73,7 +73,7 @@ def test_a_pointer_is_the_memory_of_its_array():
     ],
 )
 def test_what_c_would_misread_has_no_pointer(array, error):
-    with pytest.raises(error):
+    with raises(error):
         pointer(array)
 
 
@@ -84,13 +84,13 @@ def loaded_from(folder):
 
 
 def test_a_clone_that_is_not_installed_says_how_to_mend_it(tmp_path, monkeypatch):
-    with pytest.raises(
+    with raises(
         InstallationError, match=rf"expected it in {re.escape(str(tmp_path))}.* `pip install -e \.`"
     ):
         loaded_from(tmp_path)
     (tmp_path / FILE.name).write_text("no library")
-    with pytest.raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
+    with raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
         loaded_from(tmp_path)
     monkeypatch.setitem(sys.modules, _declarations.__name__, None)
-    with pytest.raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
+    with raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
         loaded_from(tmp_path)

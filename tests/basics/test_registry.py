@@ -66,7 +66,7 @@ def test_a_name_of_this_package_is_never_replaced(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("points", "said"),
+    "points, said",
     [
         (
             "other = json:JSONEncoder",

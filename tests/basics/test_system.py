@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import hostile
-import pytest
+from pytest import mark
 
 import historysim
 from historysim.basics import system
@@ -59,10 +59,8 @@ def test_no_other_module_asks_for_what_only_some_systems_have():
                 assert node.attr not in POSIX, f"{path}:{node.lineno}"
 
 
-@pytest.mark.ci
-@pytest.mark.skipif(
-    sys.platform != "linux", reason="the stand-in for Windows' locks needs those of Linux"
-)
+@mark.ci
+@mark.skipif(sys.platform != "linux", reason="the stand-in for Windows' locks needs those of Linux")
 def test_the_commands_work_where_nothing_of_posix_is_there(tmp_path):
     (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
     for arguments in (
@@ -110,7 +108,7 @@ def test_a_byte_is_locked_once(tmp_path):
     os.close(handle)
 
 
-@pytest.mark.parametrize(("there", "expected"), [(1, 1), (3, 3), (64, system.MOST_THREADS)])
+@mark.parametrize("there, expected", [(1, 1), (3, 3), (64, system.MOST_THREADS)])
 def test_by_default_there_is_a_thread_for_each_processor_up_to_a_few(monkeypatch, there, expected):
     monkeypatch.setattr(system, "processors", lambda: there)
     assert system.resolve_threads(None) == expected

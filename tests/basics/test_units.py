@@ -6,10 +6,10 @@ from fractions import Fraction
 import cf_units
 import numpy as np
 import pint
-import pytest
 from golden import refused
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, fixture, mark
 
 from historysim.basics.units import (
     UNIT_OF,
@@ -23,7 +23,7 @@ from historysim.basics.units import (
 from historysim.errors import InputError
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "number", [0.05, -3, 0, Fraction(1, 4), np.float64(2.5), np.float32(0.5), np.int64(7)]
 )
 def test_a_number_is_si(number):
@@ -33,8 +33,8 @@ def test_a_number_is_si(number):
 
 
 # the exact SI values: 1 gf = 9.80665e-3 N, 1 lbf = 4.4482216152605 N, 1 in = 25.4 mm by definition
-@pytest.mark.parametrize(
-    ("text", "unit", "expected"),
+@mark.parametrize(
+    "text, unit, expected",
     [
         ("50 mN", "N", 0.05),
         ("20 gf", "N", 0.196133),
@@ -79,15 +79,13 @@ _UNITS = (
 )
 
 
-@pytest.mark.parametrize("text", _UNITS.split(" "))
+@mark.parametrize("text", _UNITS.split(" "))
 def test_units_agree_with_udunits(text):
     given = cf_units.Unit(text)
     for unit in ("N", "m", "s", "Pa", "J m-2", "N m-1", "m2", "m-2", "m3 J-1", "kg", "Hz", "rad"):
         # UDUNITS also converts into a reciprocal
         if given.is_convertible(unit) and given.convert(0.0, unit) == 0:
-            assert conversion_factor(text, unit) == pytest.approx(
-                given.convert(1.0, unit), rel=1e-6
-            )
+            assert conversion_factor(text, unit) == approx(given.convert(1.0, unit), rel=1e-6)
         else:
             with refused("not a unit of"):
                 conversion_factor(text, unit)
@@ -103,8 +101,8 @@ def test_plain_units_need_no_library():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
+@mark.parametrize(
+    "value, text",
     [
         (0.09, "90 mN"),
         (0.0, "0 N"),
@@ -116,8 +114,8 @@ def test_quantities_get_a_prefix(value, text):
     assert quantity_text(value, "N") == text
 
 
-@pytest.mark.parametrize(
-    ("value", "error", "text"),
+@mark.parametrize(
+    "value, error, text",
     [
         (3.2001e-6, 1.728e-10, "3.20010 ± 0.00017 µm"),
         (-1.5e-9, 2.4e-8, "-2 ± 24 nm"),
@@ -137,17 +135,17 @@ def test_texts_and_lists_of_them_become_numbers():
     assert [metres(came) for came in ("2 mm", 3, np.float32(0.5))] == [2e-3, 3.0, 0.5]
 
 
-@pytest.mark.parametrize("came", [3.0, 7, None, b"1", {}, np.arange(3)])
+@mark.parametrize("came", [3.0, 7, None, b"1", {}, np.arange(3)])
 def test_what_has_no_unit_comes_through(came):
     assert to_si(came, "m") is came
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def registry():
     return pint.UnitRegistry()
 
 
-@pytest.mark.parametrize("unit", [*sorted({*UNIT_OF.values()}), "N m-1", "m3 J-1", "Hz", "Pa m0.5"])
+@mark.parametrize("unit", [*sorted({*UNIT_OF.values()}), "N m-1", "m3 J-1", "Hz", "Pa m0.5"])
 def test_quantities_of_pint_become_numbers(registry, unit):
     # the same physical dimension in another unit, by pint's own parser, and its size
     other, factor = {
@@ -156,26 +154,26 @@ def test_quantities_of_pint_become_numbers(registry, unit):
         "rad": ("degree", np.pi / 180), "Pa m0.5": ("MPa*m**0.5", 1e6), "N m-1": ("mN/nm", 1e6),
         "m3 J-1": ("mm**3/J", 1e-9), "Hz": ("kHz", 1e3),
     }[unit]  # fmt: skip
-    assert to_si(registry.Quantity(3, other), unit) == pytest.approx(3 * factor, rel=1e-15)
+    assert to_si(registry.Quantity(3, other), unit) == approx(3 * factor, rel=1e-15)
     several = to_si(registry.Quantity(np.array([1.0, 2.0]), other), unit)
     np.testing.assert_allclose(several, np.array([1.0, 2.0]) * factor, rtol=1e-15)
     with refused(r"'3 kelvin' has another unit; expected an? .* in "):
         to_si(registry.Quantity(3, "K"), unit)
 
 
-@pytest.mark.parametrize("text", ["0.75 MPa √m", "750 kPa*√m"])
+@mark.parametrize("text", ["0.75 MPa √m", "750 kPa*√m"])
 def test_a_toughness_has_the_root_of_a_metre(text):
     assert quantity(text, "Pa m0.5") == 0.75e6
 
 
-@pytest.mark.parametrize("text", ["0.75 MPa", "0.75 MPa √m √m"])
+@mark.parametrize("text", ["0.75 MPa", "0.75 MPa √m √m"])
 def test_another_unit_is_no_toughness(text):
     with refused("expected a unit such as"):
         quantity(text, "Pa m0.5")
 
 
-@pytest.mark.parametrize(
-    ("value", "digits", "text"),
+@mark.parametrize(
+    "value, digits, text",
     [
         (0.9996, 3, "1 N"),
         (0.123, 2, "120 mN"),

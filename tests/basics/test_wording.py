@@ -6,6 +6,7 @@ import threading
 
 import pytest
 import tqdm.std
+from pytest import mark
 
 import historysim as hs
 from historysim.basics.wording import columns, format_value, nearest, printable, progress_bar
@@ -17,8 +18,8 @@ def test_the_nearest_word_is_meant_or_any():
     assert nearest("x", []) == "none is expected here"
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
+@mark.parametrize(
+    "value, text",
     [
         ("abc", "'abc'"),
         ("a" * 50, f"{'a' * 40!r}…"),
@@ -41,8 +42,8 @@ def test_labels_and_texts_stand_in_columns():
     assert columns([]) == ""
 
 
-@pytest.mark.parametrize(
-    ("text", "written"),
+@mark.parametrize(
+    "text, written",
     [
         ("plain, µm ≥ 3\u00a0%", "plain, µm ≥ 3\u00a0%"),
         ("\x1b[31mred\x07", "\\x1b[31mred\\x07"),
@@ -102,17 +103,15 @@ def progress_shown(monkeypatch, terminal, *, asked):
     return "" if terminal is None else terminal.getvalue()
 
 
-@pytest.mark.usefixtures("_neither_locks_nor_threads")
+@mark.usefixtures("_neither_locks_nor_threads")
 def test_a_terminal_shows_how_much_is_done(monkeypatch):
     text = progress_shown(monkeypatch, Terminal(), asked=True)
     assert "1/3" in text
     assert "3/3" in text
 
 
-@pytest.mark.usefixtures("_neither_locks_nor_threads")
-@pytest.mark.parametrize(
-    ("terminal", "asked"), [(Terminal(), False), (io.StringIO(), True), (None, True)]
-)
+@mark.usefixtures("_neither_locks_nor_threads")
+@mark.parametrize("terminal, asked", [(Terminal(), False), (io.StringIO(), True), (None, True)])
 def test_elsewhere_nothing_is_shown_and_no_bar_made(monkeypatch, terminal, asked):
     monkeypatch.setattr(tqdm.std.tqdm, "__init__", lambda *_, **__: pytest.fail("a bar was made"))
     assert progress_shown(monkeypatch, terminal, asked=asked) == ""

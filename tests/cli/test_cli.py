@@ -7,7 +7,6 @@ import sys
 import h5py
 import netCDF4
 import numpy as np
-import pytest
 import xarray as xr
 from broken import (
     DOCUMENTS,
@@ -22,6 +21,7 @@ from broken import (
 from click.testing import CliRunner, Result
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -42,7 +42,7 @@ waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load =
 """
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, monkeypatch):
     (tmp_path / "ball.toml").write_text(SCENARIO, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -87,7 +87,7 @@ def test_run_writes_the_result_here_and_prints_a_summary(folder):
     assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
     with netCDF4.Dataset(folder / "ball.nc") as result:
         assert result.title == "a ball"
-        assert result["total_tangential_load"][-1] == pytest.approx(8e-3)
+        assert result["total_tangential_load"][-1] == approx(8e-3)
 
 
 def test_run_draws_next_to_its_output_and_can_be_quiet(folder):
@@ -118,8 +118,8 @@ def test_validate_reads_and_writes_nothing(folder):
     assert files(folder) == ["ball.toml"]
 
 
-@pytest.mark.usefixtures("folder")
-@pytest.mark.filterwarnings("default::historysim.errors.UnlikelyValueWarning")
+@mark.usefixtures("folder")
+@mark.filterwarnings("default::historysim.errors.UnlikelyValueWarning")
 def test_moduli_that_are_hardly_meant_are_noted():
     glass = 'materials.second={ name = "glass", youngs_modulus = 64, poissons_ratio = 0.2 }'
     done = call("validate", "ball.toml", "--set", glass)
@@ -128,7 +128,7 @@ def test_moduli_that_are_hardly_meant_are_noted():
     assert "Warning" not in done.output
 
 
-@pytest.mark.parametrize("command", ["validate", "show", "run", "plot", "compare", "loops", "fit"])
+@mark.parametrize("command", ["validate", "show", "run", "plot", "compare", "loops", "fit"])
 def test_every_command_accepts_other_values_for_a_scenario(folder, command):
     before = files(folder)
     said = "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'?"
@@ -147,7 +147,7 @@ def test_other_values_change_the_result(folder):
     assert call("run", "ball.toml", "-q", *values).exit_code == 0
     with xr.open_dataset("ball.nc", decode_times=False) as history:
         assert history.friction.values == [0.3]
-        assert history.total_normal_load.values[-1] == pytest.approx(60e-3, rel=1e-12)
+        assert history.total_normal_load.values[-1] == approx(60e-3, rel=1e-12)
         (folder / "told.toml").write_text(history.attrs["scenario"], encoding="utf-8")
         assert history.drop_attrs().identical(hs.run("told.toml").drop_attrs())
     said = "ball.nc: is not a scenario (.toml), so --set does not apply"
@@ -204,7 +204,7 @@ def test_a_design_is_sought_and_checked_beforehand(folder):
     assert (folder / "found.csv").read_text(encoding="utf-8").count("\n") == 2
 
 
-@pytest.mark.usefixtures("folder")
+@mark.usefixtures("folder")
 def test_show_tells_a_scenario_from_a_result():
     assert call("run", "ball.toml").exit_code == 0
     scenario, result = call("show", "ball.toml"), call("show", "ball.nc")
@@ -253,9 +253,9 @@ def test_how_adhesive_a_scenario_is(folder):
     )
 
 
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("command", "option", "replacement"),
+@mark.usefixtures("folder")
+@mark.parametrize(
+    "command, option, replacement",
     [
         *(
             ("plot", f"--{name}", f"--with {name}=")
@@ -301,7 +301,7 @@ def test_loops_are_written_drawn_and_read_again(folder):
     )
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
+@mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
 def test_a_picture_that_may_not_be_written_is_named_as_it_was_asked_for(folder):
     (folder / "locked").mkdir(mode=0o500)
     check_refusal(
@@ -322,8 +322,8 @@ def test_the_columns_of_a_file_are_listed(folder):
 SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py"}
 
 
-@pytest.mark.parametrize(
-    ("command", "heavy"),
+@mark.parametrize(
+    "command, heavy",
     [
         (["--help"], {"numpy", "xarray", "matplotlib"}),
         # it is asked often, of files that are being written; the compiler alone takes longer than
@@ -355,13 +355,13 @@ def test_a_command_imports_nothing_heavy_that_it_does_not_use(folder, command, h
 # -- the log ---------------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def ran(folder):
     assert call("run", "ball.toml", "-q", "--snapshot-every", "3").exit_code == 0
     return folder
 
 
-@pytest.mark.usefixtures("ran")
+@mark.usefixtures("ran")
 def test_a_result_and_its_log_are_verified():
     done = call("verify", "ball.nc")
     assert (done.exit_code, done.output) == (
@@ -400,7 +400,7 @@ def test_the_state_is_reported_at_any_time(ran):
     assert "ball.history: its last event is at 1 s; this is the state after it" in after
     assert call("state", "ball.history", "--at", "0.5", "-o", "all.nc").output.endswith("all.nc\n")
     with netCDF4.Dataset(ran / "all.nc") as all_asperities:
-        assert all_asperities["tangential_load"][0, 0] == pytest.approx(4e-3)
+        assert all_asperities["tangential_load"][0, 0] == approx(4e-3)
         assert all_asperities["time"][0] == 0.5
     done = call("state", "ball.history", "--asperity", "0", "-o", "traction.png")
     assert "slip state         partial slip\n" in done.output
@@ -418,7 +418,7 @@ def test_a_log_is_listed_and_a_fork_of_it_is_run(ran):
     assert call("run", "fork.history", "-q").exit_code == 0
     assert call("verify", "fork.nc").exit_code == 0
     with netCDF4.Dataset(ran / "fork.nc") as result:
-        assert result["total_tangential_load"][-1] == pytest.approx(-6e-3)
+        assert result["total_tangential_load"][-1] == approx(-6e-3)
     assert call("log", "fork.history", "--from", "0.4 s", "--to", "1").output.count("\n") == 3
     assert call("log", "fork.history", "--last", "1").output.splitlines()[1].startswith("3 ")
 
@@ -431,8 +431,8 @@ def test_a_run_is_resumed_from_its_log(ran):
     assert call("verify", "ball.nc").exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
+@mark.parametrize(
+    "arguments, said",
     [
         (["state", "good.history", "--at", "noon"], "--at: 'noon'"),
         (["log", "good.history", "--kind", "load"], "--kind load: expected one of normal_load"),
@@ -475,7 +475,7 @@ def test_a_run_that_fails_keeps_the_older_result(folder):
     assert (folder / "ball.nc").read_bytes() == older
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def with_results(tmp_path_factory):
     """A folder with a scenario, a result, and files that are none."""
     folder = tmp_path_factory.mktemp("results")
@@ -488,8 +488,8 @@ def with_results(tmp_path_factory):
 PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
+@mark.parametrize(
+    "arguments, said",
     [
         (
             ["run", "ball.toml", "-o", "./../{name}/ball.toml"],
@@ -517,8 +517,8 @@ def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, argume
     assert files(with_results) == before
 
 
-@pytest.mark.parametrize(
-    ("raised", "code", "said"),
+@mark.parametrize(
+    "raised, code, said",
     [
         (
             OSError(28, "No space left on device", "ball.nc"),
@@ -561,7 +561,7 @@ def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
 fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-@pytest.fixture
+@fixture
 def short_runs(folder, monkeypatch):
     keep_small(monkeypatch)
     return folder

@@ -7,9 +7,9 @@ import shutil
 import subprocess
 import sys
 
-import pytest
 from click.testing import CliRunner
 from command_table import COMMANDS, with_target, write_inputs
+from pytest import fixture, mark, param, skip
 
 from historysim.cli import main
 
@@ -24,14 +24,14 @@ KEPT = re.compile(r"\w+\.history|\w+\.cells")
 WRITERS = ("run", "table to netCDF", "plot", "fit", "fmu")
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def inputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("inputs")
     write_inputs(folder)
     return folder
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def small_disk(tmp_path_factory):
     """Mount an empty file system of `SIZE` bytes; only root may do so."""
     folder = tmp_path_factory.mktemp("disk")
@@ -40,12 +40,12 @@ def small_disk(tmp_path_factory):
         not shutil.which("mount")
         or subprocess.run(command, capture_output=True, check=False).returncode
     ):
-        pytest.skip("a small file system can only be mounted by root on Linux")
+        skip("a small file system can only be mounted by root on Linux")
     yield folder
     subprocess.run([shutil.which("umount"), str(folder)], check=True)
 
 
-@pytest.fixture
+@fixture
 def disk(small_disk, inputs):
     """Inputs on the small file system, which has nothing else on it."""
     for path in small_disk.iterdir():
@@ -110,8 +110,8 @@ def check_failure(done, name, reason, before, folder):
     assert snapshot(folder) == before, shown
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("command", WRITERS)
+@mark.ci
+@mark.parametrize("command", WRITERS)
 def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command):
     arguments, suffix = COMMANDS[command]
     before = snapshot(disk)
@@ -121,10 +121,8 @@ def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command):
     check_failure(done, "out", "disk is full", before, disk)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs RLIMIT_FSIZE")
-@pytest.mark.parametrize(
-    "command", ["run", *(pytest.param(name, marks=pytest.mark.ci) for name in WRITERS[1:])]
-)
+@mark.skipif(sys.platform == "win32", reason="needs RLIMIT_FSIZE")
+@mark.parametrize("command", ["run", *(param(name, marks=mark.ci) for name in WRITERS[1:])])
 def test_a_limit_of_the_size_of_files_is_reported_with_the_name_of_the_output(
     inputs, tmp_path, command
 ):

@@ -4,8 +4,8 @@ import json
 import logging
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
+from pytest import fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -44,7 +44,7 @@ COMMANDS = {
 }
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     (folder / "s.toml").write_text(SCENARIO, encoding="utf-8")
@@ -52,7 +52,7 @@ def made(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def folder(made, monkeypatch):
     monkeypatch.chdir(made)
 
@@ -67,7 +67,7 @@ def asked(*arguments):
     return json.loads(done.stdout, parse_constant=refused)
 
 
-@pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
+@mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
 def test_each_command_prints_one_object_of_one_schema(arguments):
     found = asked(*arguments)
     assert set(found) - {"data"} == {"lines", "tables", "files"}

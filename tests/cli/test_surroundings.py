@@ -5,8 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from promises import SHORT
+from pytest import mark
 
 ROOT = Path(__file__).parents[2]
 NAME = "50 % of a 'µ' – #1? a&b=c"
@@ -19,8 +19,8 @@ SURROUNDINGS = {
 }
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("name", SURROUNDINGS)
+@mark.ci
+@mark.parametrize("name", SURROUNDINGS)
 def test_the_program_runs_anywhere(tmp_path, name):
     own = SURROUNDINGS[name]
     stem = NAME if "HOME" in own else "a"
@@ -51,7 +51,7 @@ def test_the_program_runs_anywhere(tmp_path, name):
         assert b"Traceback" not in done.stderr
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes on Linux alone")
+@mark.skipif(sys.platform != "linux", reason="names of files are bytes on Linux alone")
 def test_a_name_that_is_no_text_is_reported(tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "historysim", "run", os.fsencode("a\udcff.toml")],

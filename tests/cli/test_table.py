@@ -4,10 +4,10 @@ import csv
 import shutil
 
 import numpy as np
-import pytest
 import xarray as xr
 from click.testing import CliRunner
 from pairs import COMPLIANT as PAIR
+from pytest import fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -18,14 +18,14 @@ EVENTS = [hs.NormalLoad(0.0, 4e-3)]
 EVENTS += [hs.TangentialDisplacement(float(time), (-1) ** time * 30e-9) for time in (1, 2, 3)]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("made") / "r.nc"
     hs.Replay(hs.Ensemble(PAIR, [0.0, -20e-9], [10e-6, 30e-6], 0.2), EVENTS, substeps=4).write(path)
     return path
 
 
-@pytest.fixture
+@fixture
 def history(made, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copy(made, "r.nc")
@@ -109,7 +109,7 @@ def test_a_step_is_given_by_the_name_of_its_state(history, tmp_path):
     assert done.exit_code == 0, done.output
 
 
-@pytest.mark.usefixtures("history")
+@mark.usefixtures("history")
 def test_an_earlier_name_of_a_query_writes_its_table():
     done = call("r.nc", "first-slips")
     assert (done.exit_code, done.output) == (0, "r_slip-onset.csv\n")

@@ -5,9 +5,9 @@ import shutil
 import socket
 import stat
 
-import pytest
 from click.testing import CliRunner
 from command_table import COMMANDS, READING, with_target, write_inputs
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.cli import main
@@ -19,14 +19,14 @@ def call(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     write_inputs(folder)
     return folder
 
 
-@pytest.fixture
+@fixture
 def folder(made, tmp_path, monkeypatch):
     shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -59,7 +59,7 @@ def test_all_commands_are_here():
     assert {arguments[0] for arguments, _ in COMMANDS.values()} | set(READING) == set(main.sources)
 
 
-@pytest.mark.parametrize("command", ["run", "plot", "fmu"])
+@mark.parametrize("command", ["run", "plot", "fmu"])
 def test_targets_other_than_regular_files_are_refused(folder, command):
     ending = COMMANDS[command][1]
     os.mkfifo(folder / f"fifo{ending}")
@@ -81,7 +81,7 @@ def test_targets_other_than_regular_files_are_refused(folder, command):
     assert "none does not exist" in refused(folder, command, f"none/out{ending}")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@mark.parametrize("command", COMMANDS)
 def test_inputs_and_foreign_files_are_not_replaced(folder, command):
     arguments, ending = COMMANDS[command]
     source = arguments[1] if arguments[1] != "." else "s.toml"
@@ -101,9 +101,7 @@ def test_inputs_and_foreign_files_are_not_replaced(folder, command):
 
 
 # one command for each library or format that writes
-@pytest.mark.parametrize(
-    "command", ["run", "table", "sliding", "fit", "plot", "report", "fmu", "reduce"]
-)
+@mark.parametrize("command", ["run", "table", "sliding", "fit", "plot", "report", "fmu", "reduce"])
 def test_an_older_output_of_the_same_command_is_replaced(folder, command, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     arguments, ending = COMMANDS[command]
@@ -125,19 +123,19 @@ def test_python_keeps_the_same_rules(folder):
         ("s.toml", "would overwrite"),
         ("out.csv", "expected .nc"),
     ):
-        with pytest.raises(InputError, match=told):
+        with raises(InputError, match=told):
             hs.run("s.toml", output)
     (folder / "m.nc").write_bytes(b"measured")
-    with pytest.raises(InputError, match="force=True"):
+    with raises(InputError, match="force=True"):
         hs.run("s.toml", "m.nc")
     (folder / "m.nc").unlink()
     assert content(folder) == before
-    with pytest.raises(InputError, match="would overwrite"):
+    with raises(InputError, match="would overwrite"):
         hs.report("s.toml", "s.toml")
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"),
+@mark.parametrize(
+    "name, kind",
     [
         (".r.nc.unfinished", "symlink"),
         (".r.nc.unfinished", "hard link"),

@@ -5,8 +5,8 @@ import os
 import shutil
 
 import numpy as np
-import pytest
 from click.testing import CliRunner
+from pytest import fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -73,7 +73,7 @@ def call(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     (folder / "a.toml").write_text(SCENARIO, encoding="utf-8")
@@ -94,14 +94,14 @@ def made(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
+@fixture
 def folder(made, tmp_path, monkeypatch):
     shutil.copytree(made, tmp_path, symlinks=True, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@mark.parametrize("command", COMMANDS)
 def test_a_wrong_file_is_named_with_its_type(folder, command):
     arguments, taken, expected = COMMANDS[command]
     for name in KINDS.keys() - taken:
@@ -125,8 +125,8 @@ def test_a_wrong_file_is_named_with_its_type(folder, command):
         } == before, said
 
 
-@pytest.mark.parametrize(
-    ("arguments", "asked_for"),
+@mark.parametrize(
+    "arguments, asked_for",
     [
         (["run", "a.toml", "-o", "new.nc"], "new.history"),
         (["plot", "a.nc", "-o", "new.png"], "new.png"),

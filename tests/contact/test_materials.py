@@ -1,8 +1,8 @@
 import attrs
-import pytest
 from golden import check_messages
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, mark, warns
 
 from historysim.contact.materials import MATERIALS, Material, MaterialPair, material
 from historysim.errors import UnlikelyValueWarning
@@ -46,26 +46,26 @@ def test_the_table_holds_these_materials():
         assert row.youngs_modulus / 500 < row.hardness < row.youngs_modulus / 7
 
 
-@pytest.mark.parametrize("name", TABLE)
+@mark.parametrize("name", TABLE)
 def test_built_in_material(name):
     modulus, ratio, shear, energy, roughness, radius = TABLE[name]
     row = material(name)
-    assert row.youngs_modulus == pytest.approx(modulus * 1e9, rel=1e-15)
+    assert row.youngs_modulus == approx(modulus * 1e9, rel=1e-15)
     assert row.poissons_ratio == ratio
-    assert row.shear_modulus == pytest.approx(shear * 1e9, rel=1e-15)
-    assert row.surface_energy == pytest.approx(energy * 1e-3, rel=1e-15)
-    assert row.roughness == (roughness and pytest.approx([q * 1e-9 for q in roughness], rel=1e-15))
-    assert row.ball_radius == (radius and pytest.approx(radius * 1e-3, rel=1e-15))
+    assert row.shear_modulus == approx(shear * 1e9, rel=1e-15)
+    assert row.surface_energy == approx(energy * 1e-3, rel=1e-15)
+    assert row.roughness == (roughness and approx([q * 1e-9 for q in roughness], rel=1e-15))
+    assert row.ball_radius == (radius and approx(radius * 1e-3, rel=1e-15))
     assert "Table B.1" in row.source
 
 
-@pytest.mark.parametrize("name", ["float glass", "Float_Glass", "FLOAT-GLASS", " float  glass "])
+@mark.parametrize("name", ["float glass", "Float_Glass", "FLOAT-GLASS", " float  glass "])
 def test_a_name_may_be_written_in_these_ways(name):
     assert material(name) is MATERIALS["float glass"]
 
 
-@pytest.mark.parametrize(
-    ("alias", "name"),
+@mark.parametrize(
+    "alias, name",
     [
         ("SiC", "silicon carbide"),
         ("Al2O3", "alumina"),
@@ -82,19 +82,17 @@ def test_formulas_and_common_names_are_aliases(alias, name):
     assert material(alias) is MATERIALS[name]
 
 
-@pytest.mark.parametrize("given_as", [{}, {"shear_modulus": None}])
+@mark.parametrize("given_as", [{}, {"shear_modulus": None}])
 def test_shear_modulus_follows_from_isotropy(given_as):
-    assert Material("steel", 210e9, 0.3, **given_as).shear_modulus == pytest.approx(
-        210e9 / 2.6, rel=1e-15
-    )
+    assert Material("steel", 210e9, 0.3, **given_as).shear_modulus == approx(210e9 / 2.6, rel=1e-15)
 
 
 def test_silicon_on_float_glass():
     pair = MaterialPair(material("silicon"), material("float glass"))
     # by hand from Table B.1: 1/E* = 0.9216/112 + 0.96/64, 1/G* = 1.72/44 + 1.8/26 [1/GPa]
-    assert pair.contact_modulus == pytest.approx(43.050430504e9, rel=1e-10)
-    assert pair.shear_modulus == pytest.approx(9.231762427e9, rel=1e-9)
-    assert pair.displacement_ratio == pytest.approx(1.165823721, rel=1e-9)
+    assert pair.contact_modulus == approx(43.050430504e9, rel=1e-10)
+    assert pair.shear_modulus == approx(9.231762427e9, rel=1e-9)
+    assert pair.displacement_ratio == approx(1.165823721, rel=1e-9)
 
 
 def test_a_material_takes_texts_with_units():
@@ -108,11 +106,11 @@ def test_a_material_takes_texts_with_units():
     assert (energetic.shear_modulus, energetic.surface_energy) == (0.4e9, 0.04)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "shown"), [({"youngs_modulus": 210}, "210 Pa"), ({"hardness": 7.2}, "7.2 Pa")]
+@mark.parametrize(
+    "wrong, shown", [({"youngs_modulus": 210}, "210 Pa"), ({"hardness": 7.2}, "7.2 Pa")]
 )
 def test_moduli_that_no_material_has_are_reported(wrong, shown):
-    with pytest.warns(
+    with warns(
         UnlikelyValueWarning, match=rf"Material: \w+ is {shown}, which is implausible: .* in Pa"
     ):
         Material(**{"name": "steel", "youngs_modulus": 210e9, "poissons_ratio": 0.3} | wrong)
@@ -128,8 +126,8 @@ def test_dundurs_beta_by_the_definition_in_kolosovs_constants(first_ratio, secon
     whole = shear[0] * (kappa[1] + 1) + shear[1] * (kappa[0] + 1)
     expected = (shear[1] * (kappa[0] - 1) - shear[0] * (kappa[1] - 1)) / whole
     beta = MaterialPair(first, second).dundurs_beta
-    assert beta == pytest.approx(expected, abs=1e-14)
-    assert MaterialPair(second, first).dundurs_beta == pytest.approx(-beta, abs=1e-15)
+    assert beta == approx(expected, abs=1e-14)
+    assert MaterialPair(second, first).dundurs_beta == approx(-beta, abs=1e-15)
     assert abs(beta) <= 0.75
     assert MaterialPair(first, first).dundurs_beta == 0
 
@@ -164,8 +162,8 @@ def test_a_pair_has_no_order_and_scales_with_its_moduli(first_ratio, second_rati
         back.shear_modulus,
     )
     scaled = MaterialPair(Material("a", 7e9, first_ratio), Material("b", 7e9 * scale, second_ratio))
-    assert scaled.contact_modulus == pytest.approx(7 * there.contact_modulus, rel=1e-14)
-    assert scaled.displacement_ratio == pytest.approx(there.displacement_ratio, rel=1e-14)
+    assert scaled.contact_modulus == approx(7 * there.contact_modulus, rel=1e-14)
+    assert scaled.displacement_ratio == approx(there.displacement_ratio, rel=1e-14)
 
 
 def test_pair_from_moduli():

@@ -2,10 +2,10 @@ import itertools
 import math
 
 import numpy as np
-import pytest
 from golden import check_messages
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, mark
 from scipy.integrate import quad
 
 from historysim.contact import hertz
@@ -54,17 +54,15 @@ REFERENCE = [
 ]
 
 
-@pytest.mark.parametrize(("f", "displacement", "energy", "radius"), REFERENCE)
+@mark.parametrize("f, displacement, energy, radius", REFERENCE)
 def test_numbers_of_many_digits(f, displacement, energy, radius):
     unit = {"normal_load": 1, "contact_radius": 1, "friction": 1}
     # the cube in the energy takes three times the few roundings of its base
-    assert stick_radius(f, **unit) == pytest.approx(radius, rel=4 * EPS)
-    assert tangential_displacement(f, **unit, shear_modulus=3 / 16) == pytest.approx(
+    assert stick_radius(f, **unit) == approx(radius, rel=4 * EPS)
+    assert tangential_displacement(f, **unit, shear_modulus=3 / 16) == approx(
         displacement, rel=8 * EPS
     )
-    assert dissipated_energy_per_loop(f, **unit, shear_modulus=0.9) == pytest.approx(
-        energy, rel=24 * EPS
-    )
+    assert dissipated_energy_per_loop(f, **unit, shear_modulus=0.9) == approx(energy, rel=24 * EPS)
 
 
 # -- virgin loading --------------------------------------------------------------------------------
@@ -78,29 +76,29 @@ def spring_force(displacement):
     return 2 * (4 * G * displacement * edge + slips)
 
 
-@pytest.mark.parametrize("share", [0.01, 0.3, 0.7, 0.99])
+@mark.parametrize("share", [0.01, 0.3, 0.7, 0.99])
 def test_virgin_loading_agrees_with_a_row_of_springs(share):
     displacement = share * PAIR.displacement_ratio * MU * DEPTH
     load = spring_force(displacement)
     # dδ/dT = 1/(8 G* c) lifts the error of the quadrature by a/c ≤ 10
-    assert tangential_displacement(load, **CONTACT) == pytest.approx(displacement, rel=1e-11)
+    assert tangential_displacement(load, **CONTACT) == approx(displacement, rel=1e-11)
 
 
 def test_preliminary_displacement_is_theta_mu_delta_and_the_end_of_virgin_loading():
     full = preliminary_displacement(**CONTACT)
-    assert full == pytest.approx(PAIR.displacement_ratio * MU * DEPTH, rel=16 * EPS)
-    assert tangential_displacement(LIMIT, **CONTACT) == pytest.approx(full, rel=4 * EPS)
+    assert full == approx(PAIR.displacement_ratio * MU * DEPTH, rel=16 * EPS)
+    assert tangential_displacement(LIMIT, **CONTACT) == approx(full, rel=4 * EPS)
     assert stick_radius(LIMIT, **SLIPPING) == 0
     assert stick_radius(0, **SLIPPING) == A
 
 
-@pytest.mark.parametrize("f", [0.1, 0.5, 0.9])
+@mark.parametrize("f", [0.1, 0.5, 0.9])
 def test_stiffness_along_virgin_loading(f):
     loads = (f + np.array([-1e-5, 1e-5])) * LIMIT
     slope = np.diff(loads) / np.diff(tangential_displacement(loads, **CONTACT))
     stiffness = tangential_stiffness(stick_radius(f * LIMIT, **SLIPPING), shear_modulus=G)
     # truncation (1e-5/(1-f))² (4/9)/6 ≤ 1e-9, rounding EPS/1e-5 = 2e-11
-    assert slope[0] == pytest.approx(stiffness, rel=2e-9)
+    assert slope[0] == approx(stiffness, rel=2e-9)
 
 
 # -- after a reversal ------------------------------------------------------------------------------
@@ -115,14 +113,14 @@ def test_unloading_follows_the_printed_curve_and_reloading_mirrors_it(f, g):
     unloading = displacement_after_reversal(load, reversal_load=turned, **CONTACT)
     # (1-f)^(2/3) loses digits near f = 1, by no more than (2 EPS)^(2/3)
     error = 16 * EPS + min((2 * EPS) ** (2 / 3), 2 * EPS * (1 - f + EPS) ** (-1 / 3))
-    assert unloading == pytest.approx(full * bracket, abs=full * error)
+    assert unloading == approx(full * bracket, abs=full * error)
     assert displacement_after_reversal(-load, reversal_load=-turned, **CONTACT) == -unloading
 
 
 # -- energy ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("f", [1e-3, 0.2, 0.7, 1.0])
+@mark.parametrize("f", [1e-3, 0.2, 0.7, 1.0])
 def test_energy_is_the_area_of_the_loop(f):
     turned = f * LIMIT
 
@@ -132,16 +130,14 @@ def test_energy_is_the_area_of_the_loop(f):
 
     area = quad(width, -turned, turned, epsabs=0)[0]
     # the width is a difference of order f of displacements, each good to EPS
-    assert dissipated_energy_per_loop(turned, **CONTACT) == pytest.approx(
-        area, rel=1e-8 + 16 * EPS / f
-    )
+    assert dissipated_energy_per_loop(turned, **CONTACT) == approx(area, rel=1e-8 + 16 * EPS / f)
 
 
 @given(st.floats(-12, -4).map(lambda exponent: 10**exponent))
 def test_energy_of_small_loads_is_positive_and_follows_its_series(f):
     energy = dissipated_energy_per_loop(f * LIMIT, **CONTACT)
     # ΔW = T³/(36 a G* μN) (1 + (2/3) f + O(f²))
-    assert energy == pytest.approx(
+    assert energy == approx(
         (f * LIMIT) ** 3 / (36 * A * G * LIMIT) * (1 + 2 * f / 3), rel=f**2 + 32 * EPS
     )
     assert energy > 0
@@ -172,18 +168,16 @@ def check_traction(profile, kinks, load, displacement):
         )
 
     carried = integral(lambda r: profile(r) * 2 * math.pi * r)
-    assert carried == pytest.approx(load, rel=1e-9, abs=1e-12 * LIMIT)
+    assert carried == approx(load, rel=1e-9, abs=1e-12 * LIMIT)
     # Cerruti: u_x of both surfaces at the centre adds up to Σ (2-ν)/(2G) ∫ τ dr = ∫ τ dr / (2 G*)
     moved = integral(profile) / (2 * G)
-    assert moved == pytest.approx(
-        displacement, rel=1e-9, abs=1e-12 * preliminary_displacement(**CONTACT)
-    )
+    assert moved == approx(displacement, rel=1e-9, abs=1e-12 * preliminary_displacement(**CONTACT))
     r = np.linspace(0, 1.1 * A, 1001)
     bound = MU * hertz.pressure_profile(r, normal_load=N, contact_radius=A)
     assert np.all(np.abs(profile(r)) <= bound + 16 * EPS * bound[0])
 
 
-@pytest.mark.parametrize("f", [0.01, 0.5, 0.95, 1.0, -0.5])
+@mark.parametrize("f", [0.01, 0.5, 0.95, 1.0, -0.5])
 def test_virgin_traction(f):
     load = f * LIMIT
     check_traction(
@@ -194,9 +188,7 @@ def test_virgin_traction(f):
     )
 
 
-@pytest.mark.parametrize(
-    ("turned", "f"), [(0.9, 0.5), (0.9, 0.0), (0.9, -0.6), (1.0, -1.0), (-0.7, 0.2)]
-)
+@mark.parametrize("turned, f", [(0.9, 0.5), (0.9, 0.0), (0.9, -0.6), (1.0, -1.0), (-0.7, 0.2)])
 def test_traction_after_a_reversal(turned, f):
     loads = {"tangential_load": f * LIMIT, "reversal_load": turned * LIMIT}
     check_traction(

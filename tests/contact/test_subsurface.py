@@ -1,10 +1,11 @@
 """Stresses below a contact, against point loads by quadrature (Boussinesq, Cerruti) and printed values."""
 
 import numpy as np
-import pytest
 from golden import check_messages
+from numpy.testing import assert_allclose, assert_array_equal
 from pairs import GLASS as PAIR
 from pairs import UNIT
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.contact.subsurface import (
@@ -71,26 +72,24 @@ def by_quadrature(x, y, z, nu, load):
     ]
 
 
-@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
-@pytest.mark.parametrize(
-    "point", [(0.3, 0.2, 0.4), (-1.4, 0.5, 0.3), (0.0, 0.0, 1.0), (1e-9, 2.0, 0.8)]
-)
+@mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
+@mark.parametrize("point", [(0.3, 0.2, 0.4), (-1.4, 0.5, 0.3), (0.0, 0.0, 1.0), (1e-9, 2.0, 0.8)])
 def test_stresses_of_a_contact_are_those_of_its_point_loads(point, nu):
     expected = by_quadrature(*point, nu, lambda r: np.sqrt(1 - r * r))
     for function, stress in zip((normal_stress, tangential_stress), expected, strict=True):
-        np.testing.assert_allclose(function(*point, **unit(nu)), stress, atol=2e-12)
+        assert_allclose(function(*point, **unit(nu)), stress, atol=2e-12)
 
 
 def test_the_surface_carries_the_load_and_the_edge_has_the_printed_tension():
     x = np.array([0.0, 0.5, -0.9, 1.0, -1.0, 1.7])
     load = np.sqrt(np.maximum(1 - x * x, 0))
     normal, along = normal_stress(x, 0, 0, **unit(0.3)), tangential_stress(x, 0, 0, **unit(0.3))
-    np.testing.assert_allclose(normal[:, 2, 2], -load, atol=1e-15)
-    np.testing.assert_allclose(along[:, 0, 2], -load, atol=1e-15)
+    assert_allclose(normal[:, 2, 2], -load, atol=1e-15)
+    assert_allclose(along[:, 0, 2], -load, atol=1e-15)
     for nu, mu in ((0.3, 0.3), (0.2, 0.8), (0.5, 0.1)):
         sliding = normal_stress(-1, 0, 0, **unit(nu)) + mu * tangential_stress(-1, 0, 0, **unit(nu))
         # Hamilton 1983: the largest tension of a sliding contact, at its trailing edge
-        assert largest_principal(sliding) == pytest.approx(
+        assert largest_principal(sliding) == approx(
             (1 - 2 * nu) / 3 + (4 + nu) * np.pi * mu / 8, rel=1e-12
         )
     # below the edge the tension falls with the root of the depth: values of quadratures of point
@@ -101,14 +100,14 @@ def test_the_surface_carries_the_load_and_the_edge_has_the_printed_tension():
         ]
         for z in (0.004, 0.002, 0.001)
     ]
-    assert below == pytest.approx([0.5060, 0.5435, 0.5709], abs=6e-5)
+    assert below == approx([0.5060, 0.5435, 0.5709], abs=6e-5)
 
 
 def test_the_largest_shear_is_below_the_surface_and_reaches_it_under_friction():
     z = np.linspace(0.3, 0.7, 401)
     shear = von_mises(normal_stress(0, 0, z, **unit(0.3))) / 2
     # Johnson 1985, section 4.2: 0.31 p0 at 0.48 a
-    assert (z[shear.argmax()], shear.max()) == pytest.approx((0.48, 0.31), abs=6e-3)
+    assert (z[shear.argmax()], shear.max()) == approx((0.48, 0.31), abs=6e-3)
     ball = hs.Asperity(PAIR, 1e-3, 1.0).advance(normal_load=1e-2)
     depths = []
     for coefficient in (0.1, 0.25, 0.35):
@@ -128,15 +127,15 @@ def test_any_memory_has_the_stress_of_its_traction():
     normal, _ = by_quadrature(0.4, -0.3, 0.5, 0.2, lambda r: ball.pressure(r * radius))
     stress = ball.stress(0.4 * radius, -0.3 * radius, 0.5 * radius, poissons_ratio=0.2)
     # the quadrature meets kinks of the traction at the fronts
-    np.testing.assert_allclose(stress, normal + along, atol=2e-4 * ball.pressure(0))
-    np.testing.assert_array_equal(
+    assert_allclose(stress, normal + along, atol=2e-4 * ball.pressure(0))
+    assert_array_equal(
         stress, ball.stress(*(np.array(point) * radius for point in (0.4, -0.3, 0.5)))
     )
     planar = hs.Asperity(PAIR, 1e-3, 0.3).advance(normal_load=1e-2)
     planar = planar.advance(tangential_load=(1.5e-3, 0.0)).advance(tangential_load=(1e-3, 1.5e-3))
     surface = planar.stress(0.4 * planar.contact_radius, 0.2 * planar.contact_radius, 0.0)
     traction = planar.traction(np.hypot(0.4, 0.2) * planar.contact_radius)
-    np.testing.assert_allclose(-surface[:2, 2], traction, rtol=1e-9)
+    assert_allclose(-surface[:2, 2], traction, rtol=1e-9)
 
 
 def test_a_history_has_the_largest_stress_of_each_asperity_and_its_slip():
@@ -150,7 +149,7 @@ def test_a_history_has_the_largest_stress_of_each_asperity_and_its_slip():
     ]
     contacts = [ensemble.asperity(1, each) for each in states]
     largest = max(find_peak(each, "tensile", 0.2)[0] for each in contacts)
-    assert peaks.tensile[1] == pytest.approx(largest, rel=1e-12)
+    assert peaks.tensile[1] == approx(largest, rel=1e-12)
     assert peaks.tensile_step.values.tolist() == [1, 1, -1]
     assert peaks.tensile_x[0] < 0.0
     assert float(peaks.von_mises[2]) == 0.0
@@ -162,8 +161,8 @@ def test_a_history_has_the_largest_stress_of_each_asperity_and_its_slip():
         / 2
         * ((1 - 2 / np.pi * np.arcsin(q)) * (1 - 2 * q * q) + 2 / np.pi * q * np.sqrt(1 - q * q))
     )
-    assert slip_amplitude(contacts[:2]) == pytest.approx(edge / 2, rel=1e-4)
-    assert peaks.slip_amplitude[1] == pytest.approx(slip_amplitude(contacts), rel=1e-9)
+    assert slip_amplitude(contacts[:2]) == approx(edge / 2, rel=1e-4)
+    assert peaks.slip_amplitude[1] == approx(slip_amplitude(contacts), rel=1e-9)
 
 
 def test_what_has_no_stress_is_refused():
@@ -175,7 +174,7 @@ def test_what_has_no_stress_is_refused():
             "poissons_ratio is 0.6; expected a number greater than -1 and at most 0.5",
         ),
     ):
-        with pytest.raises(hs.InputError, match=message):
+        with raises(hs.InputError, match=message):
             ball.advance(normal_displacement=0.1).stress(0, 0, 0, **wrong)
 
 

@@ -4,14 +4,15 @@ import itertools
 import math
 
 import numpy as np
-import pytest
 from c_core import ROOT
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, fixture, importorskip, mark, raises
 
 import historysim as hs
 from historysim.basics.compiler import compiler
 
-fmpy = pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
-pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+fmpy = importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
+pytestmark = mark.skipif(not compiler(), reason="needs a C compiler")
 
 from fmpy import read_model_description, simulate_fmu  # noqa: E402
 from fmpy.fmi1 import FMICallException  # noqa: E402
@@ -127,7 +128,7 @@ class Host:
         )[0]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def written(tmp_path_factory):
     """Write a unit of a replay, unless one of the same name was written before."""
     folder, names = tmp_path_factory.mktemp("units"), {}
@@ -143,13 +144,13 @@ def written(tmp_path_factory):
     return write
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def quickly(monkeypatch):
     # the bits do not depend on it, and it takes a third of the time
     monkeypatch.setenv("CFLAGS", "-O0")
 
 
-@pytest.fixture
+@fixture
 def hosted(tmp_path, written):
     """Host a unit of a replay."""
     hosts = []
@@ -201,8 +202,8 @@ def check_equal(host, stepper, ensemble):
 
 
 # random steps turn round at each step, and are meant to
-@pytest.mark.filterwarnings("ignore:the stepper went back and forth")
-@pytest.mark.parametrize(("kind", "normal", "tangential"), WAYS)
+@mark.filterwarnings("ignore:the stepper went back and forth")
+@mark.parametrize("kind, normal, tangential", WAYS)
 def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, tangential):
     make, options = CONTACTS[kind]
     ensemble = make()
@@ -227,7 +228,7 @@ def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, t
             stepper.step(**{f"normal_{normal}": to[0], f"tangential_{tangential}": to[1]})
         except hs.FrictionLimitError:
             refused += 1
-            with pytest.raises(FMICallException) as raised:
+            with raises(FMICallException) as raised:
                 host.step(*to)
             assert raised.value.status == DISCARD
             continue
@@ -241,8 +242,8 @@ def test_random_steps_and_rollbacks_agree_with_a_stepper(hosted, kind, normal, t
         host.slave.freeFMUstate(host_state)
 
 
-@pytest.mark.parametrize(
-    ("kind", "normal", "tangential"),
+@mark.parametrize(
+    "kind, normal, tangential",
     WAYS,
 )
 def test_derivatives_agree_with_the_step(hosted, kind, normal, tangential):
@@ -284,8 +285,8 @@ def test_derivatives_agree_with_the_step(hosted, kind, normal, tangential):
 PLANE = hs.TangentialDisplacement(0.0, (0.0, 0.0))
 
 
-@pytest.mark.parametrize(
-    ("normal", "tangential", "options"),
+@mark.parametrize(
+    "normal, tangential, options",
     [
         ("load", "displacement", {}),
         ("displacement", "load", {}),
@@ -337,29 +338,27 @@ def test_two_directions_with_rollbacks_agree_with_a_replay(hosted, normal, tange
     assert host.state_bytes()[-len(content) :] == content
     history, got = replay.dataset(), dict(zip(host.outputs, np.transpose(found), strict=True))
     for place, end in enumerate("xy"):
-        np.testing.assert_array_equal(
-            got[f"tangential_load_{end}"], history.total_tangential_load[:, place]
-        )
-        np.testing.assert_array_equal(
+        assert_array_equal(got[f"tangential_load_{end}"], history.total_tangential_load[:, place])
+        assert_array_equal(
             got[f"tangential_displacement_{end}"], history.tangential_displacement[:, place]
         )
         if options.get("instrument"):
-            np.testing.assert_allclose(
+            assert_allclose(
                 got[f"drive_displacement_{end}"], history.drive_displacement[:, place], 1e-12
             )
-    np.testing.assert_array_equal(got["normal_load"], history.total_normal_load)
-    np.testing.assert_array_equal(got["dissipated_energy"], history.total_dissipated_energy)
-    np.testing.assert_array_equal(got["contact_count"], history.contact_count)
-    np.testing.assert_array_equal(got["saturated"], history.saturated)
+    assert_array_equal(got["normal_load"], history.total_normal_load)
+    assert_array_equal(got["dissipated_energy"], history.total_dissipated_energy)
+    assert_array_equal(got["contact_count"], history.contact_count)
+    assert_array_equal(got["saturated"], history.saturated)
     shares = hs.analysis.slip_shares(history)["slipping_area"].values
-    np.testing.assert_allclose(got["slipping_share"], shares, atol=1e-9)
+    assert_allclose(got["slipping_share"], shares, atol=1e-9)
     stiffness = state.stiffness(
         tuple(state.tangential_displacement - before.tangential_displacement)
     )
     ends = ("xx", "xy", "yy")
     there = [host.get(f"tangential_stiffness_{end}") for end in ends]
-    np.testing.assert_allclose(there, stiffness[[0, 0, 1], [0, 1, 1]], 1e-6, 1e-6 * stiffness.max())
-    with pytest.raises(FMICallException) as raised:
+    assert_allclose(there, stiffness[[0, 0, 1], [0, 1, 1]], 1e-6, 1e-6 * stiffness.max())
+    with raises(FMICallException) as raised:
         host.derivative("tangential_load_x", host.inputs[1])
     assert raised.value.status == DISCARD
     for state, *_ in kept:
@@ -374,7 +373,7 @@ def test_beyond_the_limit_it_refuses_or_holds(hosted):
         for saturate in (False, True)
     )
     before = refusing.state_bytes()
-    with pytest.raises(FMICallException) as raised:
+    with raises(FMICallException) as raised:
         refusing.step(0.02, 5e-3)
     assert raised.value.status == DISCARD
     assert refusing.messages == [(DISCARD, b"logStatusDiscard")]
@@ -386,7 +385,7 @@ def test_beyond_the_limit_it_refuses_or_holds(hosted):
     assert not holding.get("saturated")
     holding.step(0.02, 5e-3)
     assert holding.get("saturated")
-    assert holding.get("tangential_load") == pytest.approx(0.2 * 0.02, rel=1e-12)
+    assert holding.get("tangential_load") == approx(0.2 * 0.02, rel=1e-12)
     assert holding.get("tangential_stiffness") == 0.0
     holding.step(0.02, 1e-3)
     assert not holding.get("saturated")
@@ -397,15 +396,15 @@ def test_nonsense_is_refused_and_changes_nothing(hosted):
     host = hosted(job(rough()), "one coefficient", at=1.0, directions=directions).begin()
     before, nonsense = host.state_bytes(), (math.nan, math.inf, -math.inf)
     for name, value in itertools.product((*host.inputs, "friction_factor"), nonsense):
-        with pytest.raises(FMICallException) as raised:
+        with raises(FMICallException) as raised:
             host.set(**{name: value})
         assert raised.value.status == DISCARD
     for name in ("prescribed_normal_load", "friction_factor"):
-        with pytest.raises(FMICallException):
+        with raises(FMICallException):
             host.set(**{name: -1.0})
     wrong = [pair for value in nonsense for pair in ((0.0, value), (value, 1.0))]
     for time, length in (*wrong, (0.0, -1.0), (0.0, 0.0)):
-        with pytest.raises(FMICallException) as raised:
+        with raises(FMICallException) as raised:
             host.slave.doStep(time, length)
         assert raised.value.status == DISCARD
     assert host.state_bytes() == before
@@ -428,7 +427,7 @@ def test_states_of_another_unit_and_damaged_ones_are_refused(hosted):
         *(_flipped(content, place) for place in rng.integers(len(content), size=60)),
     ]
     for wrong in (*damaged, other.state_bytes()):
-        with pytest.raises(FMICallException) as raised:
+        with raises(FMICallException) as raised:
             host.slave.deSerializeFMUstate(wrong)
         assert raised.value.status == DISCARD
     assert host.state_bytes() == content
@@ -480,7 +479,7 @@ def test_the_share_that_slips_agrees_with_a_history(hosted):
         counts.append(host.get("contact_count"))
     assert counts == history.contact_count.values.tolist()
     assert max(got) > 0.1
-    np.testing.assert_allclose(got, expected, atol=1e-9)
+    assert_allclose(got, expected, atol=1e-9)
 
 
 def test_fmpy_simulates_a_shipped_scenario(tmp_path):
@@ -507,7 +506,7 @@ def test_fmpy_simulates_a_shipped_scenario(tmp_path):
             tangential_displacement=float(signal["prescribed_drive_displacement"][row]),
         )
         # FMPy interpolates its signal at times that it sums up
-        assert found["tangential_load"][row + 1] == pytest.approx(
+        assert found["tangential_load"][row + 1] == approx(
             stepper.tangential_load, rel=1e-9, abs=1e-12
         )
     assert np.ptp(found["tangential_load"]) > 0

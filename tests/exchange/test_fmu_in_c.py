@@ -6,14 +6,14 @@ import xml.etree.ElementTree as ET
 import zipfile
 
 import numpy as np
-import pytest
 from c_core import SANITIZED, SUPPORT, WARNINGS
 from golden import refused
+from pytest import importorskip, mark, param, skip
 
 import historysim as hs
 from historysim.basics.compiler import SAME_BITS, ZIG, compiler
 
-pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+pytestmark = mark.skipif(not compiler(), reason="needs a C compiler")
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.02), hs.TangentialLoad(0.0, 0.0), hs.TangentialLoad(1.0, 2e-3)]
 
@@ -49,11 +49,11 @@ def unpacked(source, folder, **options):
     return ET.parse(folder / "modelDescription.xml").getroot()  # noqa: S314 - our own
 
 
-@pytest.mark.parametrize(
-    ("kind", "normal", "tangential", "directions"),
+@mark.parametrize(
+    "kind, normal, tangential, directions",
     [
-        pytest.param("many", "load", "load", 1, marks=pytest.mark.ci),
-        pytest.param("one", "load", "displacement", 2, marks=pytest.mark.ci),
+        param("many", "load", "load", 1, marks=mark.ci),
+        param("one", "load", "displacement", 2, marks=mark.ci),
     ],
 )
 def test_random_calls_neither_crash_nor_leak(tmp_path, kind, normal, tangential, directions):
@@ -115,9 +115,9 @@ MACHINES = {
 }
 
 
-@pytest.mark.slow
+@mark.slow
 def test_units_are_compiled_for_other_platforms(tmp_path):
-    pytest.importorskip("ziglang", reason="needs ziglang")
+    importorskip("ziglang", reason="needs ziglang")
     hs.write_fmu(
         hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", platforms=list(MACHINES), fmi=3
     )
@@ -139,12 +139,12 @@ def test_units_are_compiled_for_other_platforms(tmp_path):
         assert b"pthread_create" not in files[name]
 
 
-@pytest.mark.slow
+@mark.slow
 def test_another_processor_has_the_same_bits(tmp_path):
-    pytest.importorskip("ziglang", reason="needs ziglang")
+    importorskip("ziglang", reason="needs ziglang")
     emulator = shutil.which("qemu-aarch64-static") or shutil.which("qemu-aarch64")
     if not emulator:
-        pytest.skip("needs qemu")
+        skip("needs qemu")
     root = unpacked(hs.Replay(CONTACTS["many"](), EVENTS), tmp_path, at=1.0, tangential="load")
     sources = [tmp_path / "sources" / file.get("name") for file in root.iter("File")]
     words = [(tmp_path / "resources").as_uri(), root.get("guid"), "4000"]

@@ -1,13 +1,13 @@
 """Units of co-simulation under masters: FMPy by FMI 3.0, the Open Simulation Platform, a controlled stage."""
 
 import numpy as np
-import pytest
+from pytest import approx, fixture, importorskip, mark, raises
 
 import historysim as hs
 from historysim.basics.compiler import compiler
 
-fmpy = pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
-pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+fmpy = importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
+pytestmark = mark.skipif(not compiler(), reason="needs a C compiler")
 
 from fmpy import read_model_description, simulate_fmu  # noqa: E402
 from fmpy.fmi1 import FMICallException  # noqa: E402
@@ -17,7 +17,7 @@ from fmpy.validation import validate_fmu  # noqa: E402
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def quickly(monkeypatch):
     monkeypatch.setenv("CFLAGS", "-O0")
 
@@ -45,7 +45,7 @@ def unpacked(kind, path, folder):
 
 
 # random steps turn round at each step, and are meant to
-@pytest.mark.filterwarnings("ignore:the stepper went back and forth")
+@mark.filterwarnings("ignore:the stepper went back and forth")
 def test_a_unit_by_fmi_3_is_the_same(tmp_path):
     replay = pressed(ball())
     path = tmp_path / "three.fmu"
@@ -81,8 +81,8 @@ def test_a_unit_by_fmi_3_is_the_same(tmp_path):
         unit.setFMUState(again)
         unit.freeFMUState(again)
         unit.freeFMUState(state)
-    with pytest.raises(FMICallException):
+    with raises(FMICallException):
         unit.getFloat64([names["contact_count"]])
     unit.freeInstance()
     found = simulate_fmu(str(path), stop_time=1.0, output_interval=0.1)
-    assert found["normal_load"][-1] == pytest.approx(0.02, rel=1e-12)
+    assert found["normal_load"][-1] == approx(0.02, rel=1e-12)

@@ -1,11 +1,11 @@
 """Springs in place of a contact: their bound against adversaries, random histories and closed forms."""
 
 import numpy as np
-import pytest
 from c_core import ROOT
 from golden import check_messages, refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pytest import approx, mark
 from reduced_contacts import CONTACTS, LOAD, PAIR, ball, job, rough, worst_history  # noqa: F401 - of the messages
 
 import historysim as hs
@@ -18,24 +18,24 @@ def difference(model, curve, way):
     return totals.tangential_load[-1] - model.force(way)[-1]
 
 
-@pytest.mark.parametrize(("elements", "bound"), [(8, 0.0410), (32, 0.0104)])
+@mark.parametrize("elements, bound", [(8, 0.0410), (32, 0.0104)])
 def test_the_bound_of_a_ball_is_the_closed_form_s(elements, bound):
     curve = VirginCurve(ball(), LOAD)
     found = place_nodes(curve, elements)
-    assert found.bound / found.load[-1] == pytest.approx(bound, abs=5e-5)
+    assert found.bound / found.load[-1] == approx(bound, abs=5e-5)
     # T = μN (1 - (1 - u)^1.5) by Cattaneo and Mindlin, whose slope is a chord's at u = 1 - (2 chord/3)²
     node = np.append(0.0, found.node / curve.end)
     virgin = 1 - np.maximum(1 - node, 0.0) ** 1.5
     chord = np.diff(virgin) / np.diff(node)
     top = 1 - (chord / 1.5) ** 2
     error = 1 - (1 - top) ** 1.5 - virgin[:-1] - chord * (top - node[:-1])
-    assert found.bound == pytest.approx(2 * error.sum() * 0.2 * LOAD, rel=1e-9)
+    assert found.bound == approx(2 * error.sum() * 0.2 * LOAD, rel=1e-9)
     # the asymptote (∫ √|T''|)²/4n = 1/3n
-    assert bound == pytest.approx(1 / (3 * elements), rel=0.02)
+    assert bound == approx(1 / (3 * elements), rel=0.02)
 
 
-@pytest.mark.parametrize("kind", CONTACTS)
-@pytest.mark.parametrize("elements", [2, 32])
+@mark.parametrize("kind", CONTACTS)
+@mark.parametrize("elements", [2, 32])
 def test_an_adversary_reaches_the_bound(kind, elements):
     ensemble = CONTACTS[kind]()
     model = hs.reduce(job(ensemble), elements=elements)
@@ -44,9 +44,9 @@ def test_an_adversary_reaches_the_bound(kind, elements):
     limit = float(curve.evaluate(curve.end)[0])
     # the springs' nodes are quotients, and the spiral has twice as many reversals as there are
     # springs
-    assert difference(model, curve, way) == pytest.approx(model.bound * limit, abs=1e-8 * limit)
-    assert difference(model, curve, -way) == pytest.approx(-model.bound * limit, abs=1e-8 * limit)
-    assert model.friction_limit == pytest.approx(limit, rel=1e-12)
+    assert difference(model, curve, way) == approx(model.bound * limit, abs=1e-8 * limit)
+    assert difference(model, curve, -way) == approx(-model.bound * limit, abs=1e-8 * limit)
+    assert model.friction_limit == approx(limit, rel=1e-12)
 
 
 @settings(max_examples=12)
@@ -72,8 +72,8 @@ def test_no_history_goes_beyond_the_bound(kind, elements, seed, fall):
         assert abs(exact - force.sum()) <= found.bound + 1e-9 * found.load[-1]
 
 
-@pytest.mark.parametrize("kind", CONTACTS)
-@pytest.mark.parametrize("elements", [5])
+@mark.parametrize("kind", CONTACTS)
+@mark.parametrize("elements", [5])
 def test_energies_of_closed_loops_keep_their_bound(kind, elements):
     ensemble = CONTACTS[kind]()
     curve = VirginCurve(ensemble, LOAD)
@@ -103,15 +103,15 @@ def test_where_the_normal_load_varies_more_springs_are_nearer():
         curve = VirginCurve(rough(), load)
         stiffness, limit = model.scaling.interpolate(np.array([load]))
         # the table is straight between its rows
-        assert limit.sum() == pytest.approx(0.2 * load, rel=1e-9)
-        assert stiffness.sum() == pytest.approx(curve.rest.stiffness(1), rel=0.3)
+        assert limit.sum() == approx(0.2 * load, rel=1e-9)
+        assert stiffness.sum() == approx(curve.rest.stiffness(1), rel=0.3)
 
 
 def test_normal_load_and_shipped_scenario():
     scenario = ROOT / "scenarios" / "03_constant_load.toml"
     model = hs.reduce(scenario, elements=32, normal_load=0.02)
     assert model.normal_load == 0.02
-    assert model.friction_limit == pytest.approx(0.2 * 0.02, rel=1e-12)
+    assert model.friction_limit == approx(0.2 * 0.02, rel=1e-12)
     assert hs.reduce(scenario).errors["own history"] < 0.01
 
 

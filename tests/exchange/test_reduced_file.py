@@ -6,8 +6,8 @@ from html import unescape
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pytest
 from click.testing import CliRunner
+from pytest import approx, fixture, mark, raises
 from reduced_contacts import LOAD, job, rough
 
 import historysim as hs
@@ -15,19 +15,19 @@ from historysim.cli import main
 from historysim.exchange.reduced.reducing import VirginCurve
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def model():
     return hs.reduce(job(rough(), varies=True), elements=6)
 
 
-@pytest.fixture
+@fixture
 def path(model, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     model.write("reduced.json")
     return tmp_path / "reduced.json"
 
 
-@pytest.mark.parametrize("varies", [False, True])
+@mark.parametrize("varies", [False, True])
 def test_a_model_comes_back_from_its_file(tmp_path, varies):
     model = hs.reduce(job(rough(), varies=varies), elements=6)
     model.write(tmp_path / "reduced.json")
@@ -75,7 +75,7 @@ def test_the_picture_shows_the_contact_as_it_moves():
     power = 10 ** np.round(np.log10(unit))
     _, exact = ensemble.advance_many(curve.rest, tangential_displacement=contact[:, 0] / power)
     part = contact[:, 1] / contact[:, 1].max()
-    assert part == pytest.approx(exact.tangential_load / exact.tangential_load.max(), abs=1e-7)
+    assert part == approx(exact.tangential_load / exact.tangential_load.max(), abs=1e-7)
     assert (abs(springs[:, 1] - contact[:, 1]) <= model.bound * contact[:, 1].max() * 1.5).all()
     assert spectrum.get_lines()[0].get_ydata().size == 6
 
@@ -84,8 +84,8 @@ def without(key):
     return lambda told: {name: value for name, value in told.items() if name != key}
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
+@mark.parametrize(
+    "change, said",
     [
         (without("limit_N"), "'limit_N'"),
         (lambda told: told | {"limit_N": told["limit_N"][1:]}, "unequal lengths"),
@@ -101,6 +101,6 @@ def test_damaged_files_are_reported(path, change, said):
     path.write_text(
         json.dumps(change(json.loads(path.read_text(encoding="utf-8")))), encoding="utf-8"
     )
-    with pytest.raises(hs.InputError, match=re.escape(said)) as told:
+    with raises(hs.InputError, match=re.escape(said)) as told:
         hs.report(path)
     assert str(told.value).startswith(f"{path}: ")

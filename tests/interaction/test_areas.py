@@ -6,9 +6,9 @@ The laws on one map against its summits and its whole solution.
 import math
 
 import numpy as np
-import pytest
 from golden import check_messages
 from pairs import GLASS as PAIR
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.contact.greenwood_williamson import summit_contact
@@ -26,7 +26,7 @@ MOMENTS = SpectralMoments(1.0, 1.0, 3.0)
 SLOPE = math.sqrt(2.0)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def surface():
     return hs.random_surface(
         shape=(128, 128),
@@ -42,7 +42,7 @@ def test_summits_have_the_area_of_an_ensemble(surface):
     found = hs.area_laws(surface, PAIR, LOADS, whole_map=False).real_contact_area.sel(law="summits")
     ensemble = hs.Ensemble.from_summits(PAIR, surface.summits(), friction=0.2)
     history = hs.replay(ensemble, [hs.NormalLoad(float(k), load) for k, load in enumerate(LOADS)])
-    assert found.to_numpy() == pytest.approx(history.real_contact_area.to_numpy(), rel=1e-3)
+    assert found.to_numpy() == approx(history.real_contact_area.to_numpy(), rel=1e-3)
 
 
 def test_laws_enclose_the_whole_map(surface):
@@ -51,7 +51,7 @@ def test_laws_enclose_the_whole_map(surface):
     assert list(found.law.values)[-1] == "whole map"
     assert (area.sel(law="Persson") < area.sel(law="whole map")).all()
     assert (area.sel(law="summits") < area.sel(law="whole map")).all()
-    assert area.sel(law="Bowden–Tabor").to_numpy() == pytest.approx(np.array(LOADS) / 5e9)
+    assert area.sel(law="Bowden–Tabor").to_numpy() == approx(np.array(LOADS) / 5e9)
     assert found.holds.sel(law="summits").all()
     assert not found.holds.sel(law="Bowden–Tabor").any()
 
@@ -72,27 +72,25 @@ def displacement(x, y, ratio):
     return float((root @ weights * end / 2).sum()) * 2 * np.pi / 400 / np.pi
 
 
-@pytest.mark.parametrize("ratio", [1.0, 0.6, 0.2])
+@mark.parametrize("ratio", [1.0, 0.6, 0.2])
 def test_ellipses_carry_what_the_displacements_of_their_pressure_say(ratio):
     middle = displacement(0.0, 0.0, ratio)
     along = 2 * (middle - displacement(0.5, 0.0, ratio)) / 0.5**2
     across = 2 * (middle - displacement(0.0, 0.5 * ratio, ratio)) / (0.5 * ratio) ** 2
     mean = math.sqrt(along * across)
     load, area = _elliptic(np.array([along / across]))
-    assert load[0] == pytest.approx(
-        2 / 3 * math.pi * ratio * math.sqrt(mean) / middle**1.5, rel=2e-4
-    )
-    assert area[0] == pytest.approx(math.pi * ratio * mean / middle, rel=2e-4)
+    assert load[0] == approx(2 / 3 * math.pi * ratio * math.sqrt(mean) / middle**1.5, rel=2e-4)
+    assert area[0] == approx(math.pi * ratio * mean / middle, rel=2e-4)
 
 
 def test_far_from_the_mean_plane_the_area_is_linear_by_bush_gibson_and_thomas():
     pressure, area = bush_gibson_thomas(np.array([4.0, 12.0, 30.0]), MOMENTS, 1.0)
     factor = area * SLOPE / pressure
     assert np.all(np.diff(factor) > 0)
-    assert factor[-1] == pytest.approx(math.sqrt(2 * math.pi), rel=1e-3)
+    assert factor[-1] == approx(math.sqrt(2 * math.pi), rel=1e-3)
 
 
-@pytest.mark.parametrize("alpha", [2.0, 10.0])
+@mark.parametrize("alpha", [2.0, 10.0])
 def test_summits_drawn_from_their_distribution_carry_the_same(alpha):
     rng = np.random.default_rng(1)
     moments = SpectralMoments(1.0, 1.0, alpha)
@@ -126,23 +124,23 @@ def test_summits_drawn_from_their_distribution_carry_the_same(alpha):
 def test_round_summits_agree_with_hertz():
     load, area = _elliptic(np.array([1.0]))
     found = summit_contact([1.0], 1.0, 0.9, contact_modulus=1.0)
-    assert load[0] * 0.1**1.5 == pytest.approx(found.normal_load)
-    assert area[0] * 0.1 == pytest.approx(found.contact_area)
+    assert load[0] * 0.1**1.5 == approx(found.normal_load)
+    assert area[0] * 0.1 == approx(found.contact_area)
 
 
 def test_area_over_pressure_inverts_the_separation():
     pressure, area = bush_gibson_thomas(np.array([0.33, 1.21, 3.07]), MOMENTS, 5e10)
     found = bush_gibson_thomas_area([*pressure, 0.0, 5e10], MOMENTS, 5e10)
-    assert found == pytest.approx([*area, 0.0, np.nan], rel=1e-4, nan_ok=True)
+    assert found == approx([*area, 0.0, np.nan], rel=1e-4, nan_ok=True)
 
 
 def test_persson_has_his_limits():
-    assert persson_area(1e-6, MOMENTS, 1.0) == pytest.approx(math.sqrt(8 / math.pi) * 1e-6 / SLOPE)
-    assert persson_area(10.0, MOMENTS, 1.0) == pytest.approx(1.0)
+    assert persson_area(1e-6, MOMENTS, 1.0) == approx(math.sqrt(8 / math.pi) * 1e-6 / SLOPE)
+    assert persson_area(10.0, MOMENTS, 1.0) == approx(1.0)
 
 
 def test_bowden_and_tabor_flow_until_all_touches():
-    assert bowden_tabor_area([0.0, 1e9, 9e9], 5e9) == pytest.approx([0.0, 0.2, 1.0])
+    assert bowden_tabor_area([0.0, 1e9, 9e9], 5e9) == approx([0.0, 0.2, 1.0])
 
 
 def test_messages():

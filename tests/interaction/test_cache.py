@@ -1,12 +1,12 @@
 import numpy as np
-import pytest
+from pytest import fixture, mark
 
 from historysim.interaction import solutions as cache
 
 ARGUMENTS = (np.arange(3.0),)
 
 
-@pytest.fixture
+@fixture
 def counted(monkeypatch, tmp_path):
     monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "cache"))
     calls = []
@@ -27,7 +27,7 @@ def test_what_was_computed_is_not_computed_again(counted):
     assert len(calls) == 2
 
 
-@pytest.mark.parametrize("damage", [b"", b"PK", None])
+@mark.parametrize("damage", [b"", b"PK", None])
 def test_a_damaged_file_is_computed_again(counted, damage):
     calls, compute, folder = counted
     cache.load_or_compute("x", ARGUMENTS, compute)
@@ -61,7 +61,7 @@ def test_the_folder_agrees_with_the_system(monkeypatch, tmp_path):
     assert cache.cache_folder() == tmp_path / "local" / "historysim"
 
 
-@pytest.mark.parametrize("platform", ["linux", "win32"])
+@mark.parametrize("platform", ["linux", "win32"])
 def test_nothing_is_cached_without_a_home_folder(counted, monkeypatch, platform):
     def home():
         raise RuntimeError("Could not determine home directory.")

@@ -6,7 +6,9 @@ import pytest
 from dense_contact import DenseContact
 from golden import check_messages
 from half_space import HalfSpace as BruteForce
+from numpy.testing import assert_allclose, assert_array_equal
 from pairs import UNIT as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.interaction.half_space import HalfSpace
@@ -16,7 +18,7 @@ from historysim.interaction.solutions import NormalSolutions, label_patches
 MU = 0.2
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def nothing_is_left_behind(monkeypatch, tmp_path):
     monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "cache"))
 
@@ -86,7 +88,7 @@ def balls(distance, *, points=96, side=96.0, radius=400.0, periodic=False):
     return hs.Surface(heights, side / points, periodic=periodic)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def lone(tmp_path_factory):
     """One ball, pressed to an approach of 1."""
     with pytest.MonkeyPatch.context() as patch:
@@ -138,10 +140,10 @@ def test_the_second_of_deep_loops_that_was_wrong_is_right():
         found.append(state.tangential_load / (MU * state.normal_load))
     # a brute force of all points in small steps
     expected = [0.87495, -0.92535, 0.66098, -0.49696, 0.12741, -0.49696, 0.78102]
-    np.testing.assert_allclose(found, expected, atol=4e-4)
+    assert_allclose(found, expected, atol=4e-4)
 
 
-@pytest.mark.parametrize("seed", [3, pytest.param(8, marks=pytest.mark.slow)])
+@mark.parametrize("seed", [3, pytest.param(8, marks=mark.slow)])
 def test_deep_loops_light_loads_and_lift_off_agree_with_a_dense_brute_force(seed):
     found = judged(seed, 24)
     assert found[:, 0].max() < 5e-3
@@ -150,7 +152,7 @@ def test_deep_loops_light_loads_and_lift_off_agree_with_a_dense_brute_force(seed
     assert found[:, 2].max() < 1e-2
 
 
-@pytest.mark.slow
+@mark.slow
 def test_twenty_maps_agree_with_a_dense_brute_force():
     found = np.concatenate([judged(seed, 96) for seed in range(20)])
     assert found[:, 0].max() < 5e-3
@@ -188,9 +190,7 @@ def test_the_first_row_is_one_point_as_a_flat_punch():
     assert (solutions.pressure[0] > 0).sum() == 1
     # Love: the middle of a square of side s under a unit pressure moves by 8 s ln(1 + √2)/(2 π E*)
     per_pressure = 4 / np.pi * np.log(1 + np.sqrt(2)) * surface.pixel_size[0]
-    np.testing.assert_allclose(
-        solutions.pressure[0].max(), solutions.approach[0] / per_pressure, rtol=1e-9
-    )
+    assert_allclose(solutions.pressure[0].max(), solutions.approach[0] / per_pressure, rtol=1e-9)
     assert (np.diff(solutions.pressure, axis=0) > -1e-9).all()
 
 
@@ -205,10 +205,10 @@ def test_few_points_and_conjugate_gradients_give_the_same(monkeypatch, tmp_path)
     assert np.isnan(iterated.stiffness).sum() > 5 > np.isnan(exact.stiffness).sum()
     curves = [hs.Ensemble.from_solutions(PAIR, each, MU).curves for each in (exact, iterated)]
     between = np.linspace(0.02, 0.3, 50)
-    np.testing.assert_allclose(curves[0].total(between), curves[1].total(between), rtol=2e-3)
+    assert_allclose(curves[0].total(between), curves[1].total(between), rtol=2e-3)
 
 
-@pytest.mark.parametrize("periodic", [True, False])
+@mark.parametrize("periodic", [True, False])
 def test_conjugate_gradients_give_what_tamaas_does(periodic):
     tamaas = pytest.importorskip("tamaas")
     repeating = rough(2, 48)
@@ -227,7 +227,7 @@ def test_conjugate_gradients_give_what_tamaas_does(periodic):
         _, pressure = space.solve(load)
         # the mean gap under the pressures is 1e-7 of the rms height
         assert np.abs(pressure - model.traction).sum() < 1e-5 * pressure.sum()
-        np.testing.assert_array_equal(pressure > 0, np.asarray(model.traction) > 0)
+        assert_array_equal(pressure > 0, np.asarray(model.traction) > 0)
 
 
 def test_a_contact_of_few_points_has_a_notice(lone):
@@ -249,7 +249,7 @@ def test_time_and_memory_are_announced_and_too_much_is_refused(monkeypatch):
     assert "the normal contact of 32 × 32 points takes some 0 min for" in notices[0]
     assert "takes some 0 min and 0.1 GiB of memory for" in notices[1]
     monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
-    with pytest.raises(
+    with raises(
         hs.InputError,
         match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB",
     ):
@@ -268,9 +268,9 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, solutions._held
 """
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
-@pytest.mark.parametrize(("periodic", "load"), [(True, 2e-13), (False, 6e-14)])
+@mark.slow
+@mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
+@mark.parametrize("periodic, load", [(True, 2e-13), (False, 6e-14)])
 def test_the_memory_that_is_announced_is_what_it_takes(periodic, load):
     program = PEAK.format(periodic=periodic, load=load)
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
@@ -278,8 +278,8 @@ def test_the_memory_that_is_announced_is_what_it_takes(periodic, load):
     assert 0.75 * held < peak < 1.15 * held
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@mark.slow
+@mark.parametrize("seed", [1, 2, 3])
 def test_twenty_random_moves_agree_with_a_brute_force_of_all_points(seed):
     surface = rough(seed)
     moves = random_moves(np.random.default_rng(seed), surface, 20)
@@ -289,7 +289,7 @@ def test_twenty_random_moves_agree_with_a_brute_force_of_all_points(seed):
     assert settled.max() < 5e-3
 
 
-@pytest.mark.slow
+@mark.slow
 def test_two_balls_go_from_independent_to_merged_without_a_jump(lone):
     loads, counts = [], []
     for distance in (60.0, 48.0, 36.0, 30.0, 24.0, 18.0, 12.0, 6.0, 0.0):
@@ -305,8 +305,8 @@ def test_two_balls_go_from_independent_to_merged_without_a_jump(lone):
     assert np.abs(np.diff(loads)).max() < 0.3
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sides", [(48.0, 96.0), (96.0, 192.0)])
+@mark.slow
+@mark.parametrize("sides", [(48.0, 96.0), (96.0, 192.0)])
 def test_a_periodic_array_of_balls_becomes_an_ensemble_as_their_distance_grows(sides):
     differences = []
     for side in sides:
@@ -327,15 +327,15 @@ def test_solutions_are_found_in_the_cache(monkeypatch):
 
     monkeypatch.setattr("historysim.interaction.solutions._solve", never)
     again = NormalSolutions.solve(surface, largest_load=4.0)
-    np.testing.assert_array_equal(first.pressure, again.pressure)
-    with pytest.raises(AssertionError, match="solved again"):
+    assert_array_equal(first.pressure, again.pressure)
+    with raises(AssertionError, match="solved again"):
         NormalSolutions.solve(surface, largest_load=5.0)
 
 
 def test_points_touch_so_that_the_area_grows_evenly():
     solutions = NormalSolutions.solve(rough(3), largest_load=2.0)
     touched = (solutions.first_touch[None] <= solutions.approach[:, None]).sum(axis=1)
-    np.testing.assert_array_equal(touched, (solutions.pressure > 0).sum(axis=1))
+    assert_array_equal(touched, (solutions.pressure > 0).sum(axis=1))
 
 
 CONTACT = np.array(

@@ -2,9 +2,9 @@
 
 import attrs
 import numpy as np
-import pytest
 from golden import check_messages, refused
 from pairs import UNIT
+from pytest import mark, raises
 
 import historysim as hs
 from historysim.loads.event_sequence import check_sequence, events_text
@@ -16,16 +16,16 @@ EVENTS = (*LOADS, hs.FrictionChange)
 NOT_NUMBERS = [b"1", None, True, False, [0.1], (), {}, 1j, np.True_, 10**400]
 
 
-@pytest.mark.parametrize("number", [np.float64(0.5), np.float32(0.5), np.array(0.5)])
-@pytest.mark.parametrize("kind", EVENTS)
+@mark.parametrize("number", [np.float64(0.5), np.float32(0.5), np.array(0.5)])
+@mark.parametrize("kind", EVENTS)
 def test_numbers_of_numpy_become_plain_ones(kind, number):
     event = kind(number, number)
     assert event == kind(0.5, 0.5)
     assert {type(value) for value in attrs.astuple(event) if value is not None} == {float}
 
 
-@pytest.mark.parametrize("number", [float("nan"), float("inf"), float("-inf"), np.nan])
-@pytest.mark.parametrize("kind", EVENTS)
+@mark.parametrize("number", [float("nan"), float("inf"), float("-inf"), np.nan])
+@mark.parametrize("kind", EVENTS)
 def test_numbers_that_are_not_finite_are_refused(kind, number):
     name = "friction" if kind is hs.FrictionChange else "value"
     with refused(rf"{kind.__name__}: time is .*expected a finite number"):
@@ -34,7 +34,7 @@ def test_numbers_that_are_not_finite_are_refused(kind, number):
         kind(0.0, number)
 
 
-@pytest.mark.parametrize("kind", EVENTS)
+@mark.parametrize("kind", EVENTS)
 def test_what_is_not_a_number_is_refused(kind):
     for thing in NOT_NUMBERS:
         with refused(rf"{kind.__name__}: time .*expected a"):
@@ -44,8 +44,8 @@ def test_what_is_not_a_number_is_refused(kind):
                 kind(0.0, thing)
 
 
-@pytest.mark.parametrize(
-    ("kind", "text", "value"),
+@mark.parametrize(
+    "kind, text, value",
     [
         (hs.NormalLoad, "50 mN", 0.05),
         (hs.TangentialLoad, "-20 gf", -0.196133),
@@ -79,8 +79,8 @@ def test_a_normal_load_does_not_pull(tmp_path):
         assert kind(-1.0, -2.0).value == -2.0
 
 
-@pytest.mark.parametrize(
-    ("given", "held"),
+@mark.parametrize(
+    "given, held",
     [
         (0.2, 0.2),
         (0, 0.0),
@@ -111,7 +111,7 @@ def test_friction_that_is_no_coefficient_is_refused():
 
 def test_a_decreasing_time_is_named_with_its_event_and_the_way_to_mend_it():
     events = [hs.NormalLoad(0.0, 1.0), hs.NormalLoad(2.5, 1.0), hs.FrictionChange(1.25, 0.1)]
-    with pytest.raises(hs.InputError) as caught:
+    with raises(hs.InputError) as caught:
         check_sequence(events)
     message = str(caught.value)
     assert message.startswith("event 2 at t = 1.25 s: ")

@@ -1,10 +1,10 @@
 """Friction over time and distance: events by hand, and what the contact then carries."""
 
 import numpy as np
-import pytest
 from golden import check_messages
 from numpy.testing import assert_allclose
 from pairs import STIFF as PAIR
+from pytest import approx, mark, raises
 from records import BALL as SCENARIO
 from records import scenario_text, write_columns
 
@@ -27,7 +27,7 @@ def changes(events):
 def test_over_time_it_agrees_with_each_event():
     events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, 2e-6, 3e-6)]
     found = FrictionCourse(time=[1.0, 3.0], coefficient=[0.4, 0.2]).along(events)
-    assert changes(found) == [(0.0, 0.4), (2.0, pytest.approx(0.3)), (3.0, pytest.approx(0.2))]
+    assert changes(found) == [(0.0, 0.4), (2.0, approx(0.3)), (3.0, approx(0.2))]
     assert [event for event in found if not isinstance(event, hs.FrictionChange)] == events
     # behind what is reached at its time
     assert isinstance(found[1], hs.FrictionChange)
@@ -99,7 +99,7 @@ def test_a_course_is_written_out_or_comes_from_a_file(tmp_path):
     assert_allclose(history.total_tangential_load.values, [0, 0.3, 0.2], rtol=1e-9)
 
 
-@pytest.mark.parametrize("call", [hs.compare, hs.fit])
+@mark.parametrize("call", [hs.compare, hs.fit])
 def test_a_record_is_compared_with_one_coefficient(tmp_path, call):
     turns = np.array([0, 100, -100, 100, -100])
     write_columns(tmp_path / "m.csv", t=np.arange(5), N=np.ones(5), u=turns, T=0.2 * np.sign(turns))
@@ -108,7 +108,7 @@ def test_a_record_is_compared_with_one_coefficient(tmp_path, call):
         response={"tangential_load": '"T"'}, more=f'{course}[fit]\nparameters = ["friction"]\n'
     )
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(
+    with raises(
         hs.InputError,
         match=r"s\.toml: friction\.course: comparison and fit use one constant coefficient",
     ):

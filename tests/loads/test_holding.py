@@ -4,11 +4,12 @@ import warnings
 
 import attrs
 import numpy as np
-import pytest
 from golden import check_messages
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 from pairs import COMPLIANT as PAIR
+from pytest import approx, mark, warns
 
 import historysim as hs
 from historysim.errors import RampWarning
@@ -38,7 +39,7 @@ NOTICE = (
 )
 
 
-@pytest.mark.parametrize("entry", ["replay", "Replay", "EventLog.create"])
+@mark.parametrize("entry", ["replay", "Replay", "EventLog.create"])
 def test_every_entry_warns_of_a_ramp_at_its_caller_unless_hold_is_given(tmp_path, entry):
     def enter(**options):
         if entry == "replay":
@@ -49,13 +50,13 @@ def test_every_entry_warns_of_a_ramp_at_its_caller_unless_hold_is_given(tmp_path
             assert log.events() == (HELD if options.get("hold") else RAMP)
             return log.replay().total_normal_load.values
 
-    with pytest.warns(RampWarning) as caught:
+    with warns(RampWarning) as caught:
         ramped = enter()
     assert [str(one.message) for one in caught] == [NOTICE]
     assert caught[0].filename == __file__
-    np.testing.assert_allclose(ramped, [50e-3, 47.5e-3, 45e-3, 45e-3], rtol=1e-12)
-    np.testing.assert_array_equal(enter(hold=False), ramped)
-    np.testing.assert_array_equal(enter(hold=True), [50e-3, 50e-3, 45e-3, 45e-3])
+    assert_allclose(ramped, [50e-3, 47.5e-3, 45e-3, 45e-3], rtol=1e-12)
+    assert_array_equal(enter(hold=False), ramped)
+    assert_array_equal(enter(hold=True), [50e-3, 50e-3, 45e-3, 45e-3])
 
 
 def test_a_scenario_holds_the_same_events(tmp_path):
@@ -84,7 +85,7 @@ def test_a_scenario_holds_the_same_events(tmp_path):
         hs.load(tmp_path / "open.toml").replay()
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "events",
     [
         # it is back where it was; it is set at the same time; nothing is after it; nothing is
@@ -123,8 +124,8 @@ def test_what_is_set_or_stays_gets_no_notice(events):
     hs.Replay(BALL, events)
 
 
-@pytest.mark.parametrize(
-    ("events", "said"),
+@mark.parametrize(
+    "events, said",
     [
         (
             [hs.NormalLoad(0, 1.0), hs.FrictionChange(1, 0.2), hs.NormalLoad(2, 2.0)],
@@ -145,7 +146,7 @@ def test_what_is_set_or_stays_gets_no_notice(events):
     ],
 )
 def test_changes_of_friction_control_and_direction_are_passed_too(events, said):
-    with pytest.warns(RampWarning) as caught:
+    with warns(RampWarning) as caught:
         hs.Replay(BALL, events)
     assert said in str(caught[0].message)
 
@@ -161,7 +162,7 @@ def test_both_directions_are_held():
     y = hs.TangentialDisplacement(2, (None, 1e-9))
     assert y in list(job.events)
     displacement = job.dataset().tangential_displacement.values
-    np.testing.assert_allclose(
+    assert_allclose(
         displacement, [[0, 0], [2e-9, 1e-9], [4e-9, 1e-9], [4e-9, 3e-9]], rtol=1e-9, atol=1e-18
     )
 
@@ -179,8 +180,8 @@ def test_a_log_resumes_and_verifies_with_held_channels(tmp_path):
         held = log.replay()
     with hs.EventLog(tmp_path / "a.history") as log:
         assert log.replay().identical(held)
-        assert log.state(at=1.5).normal_load == pytest.approx(47.5e-3)  # from 1 s to 2 s
-        assert log.state(at=0.5).normal_load == pytest.approx(50e-3)
+        assert log.state(at=1.5).normal_load == approx(47.5e-3)  # from 1 s to 2 s
+        assert log.state(at=0.5).normal_load == approx(50e-3)
 
 
 @st.composite

@@ -4,8 +4,8 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-import pytest
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark, warns
 
 import historysim as hs
 from historysim.loads import schedule
@@ -60,7 +60,7 @@ def single(events, **options):
     return found[0]
 
 
-@pytest.fixture
+@fixture
 def ensemble():
     return hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5)
 
@@ -92,13 +92,13 @@ def check_replay(ensemble, events, moves, **options):
             state = ensemble.advance(state, **move)
         states.append(state)
     found = observed(hs.replay(ensemble, events, **options, hold=False))
-    assert found == pytest.approx(by_hand(ensemble, states), rel=1e-12, abs=1e-15)
+    assert found == approx(by_hand(ensemble, states), rel=1e-12, abs=1e-15)
 
 
 # -- joint paths and waypoints ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("events", [[N(3.0, 0.01), T(3.0, 0.002)], [T(3.0, 0.002), N(3.0, 0.01)]])
+@mark.parametrize("events", [[N(3.0, 0.01), T(3.0, 0.002)], [T(3.0, 0.002), N(3.0, 0.01)]])
 def test_events_of_both_channels_at_one_time_are_one_joint_path(events, ensemble):
     segment = single(events)
     assert read(segment) == [Path((LOAD, 0.01, 1.0), (LOAD, 0.002, 1.0))]
@@ -135,9 +135,9 @@ def test_a_channel_is_unloaded_before_its_first_event(ensemble):
     history = hs.replay(ensemble, events[1:], substeps=4)
     loads = history.total_tangential_load.values
     assert loads[: 1 + 4].tolist() == [0.0] * 5
-    assert loads[5:] == pytest.approx([0.0005, 0.001, 0.0015, 0.002], rel=1e-12)
+    assert loads[5:] == approx([0.0005, 0.001, 0.0015, 0.002], rel=1e-12)
     assert read(single(events[:1]))[0].normal == (LOAD, *HELD)
-    with pytest.warns(UserWarning, match="nothing ever touches"):
+    with warns(UserWarning, match="nothing ever touches"):
         before = hs.replay(ensemble, events[:1], record="totals")
     assert before.total_normal_load.values.tolist() == [0.0]
     assert before.contact_count.values.tolist() == [0]
@@ -146,7 +146,7 @@ def test_a_channel_is_unloaded_before_its_first_event(ensemble):
 # -- rows ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("substeps", [1, 3])
+@mark.parametrize("substeps", [1, 3])
 def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between(substeps):
     events = [
         N(1.0, 0.01),
@@ -163,9 +163,7 @@ def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between
         *np.linspace(1.0, 2.0, substeps + 1)[1:],
         *np.linspace(2.0, 10.0, substeps + 1)[1:],
     ]
-    assert np.concatenate([segment.row_time for segment in found]) == pytest.approx(
-        times, rel=1e-15
-    )
+    assert np.concatenate([segment.row_time for segment in found]) == approx(times, rel=1e-15)
     for segment in found:
         rows = [
             segment.paths["first_row"][index] + row
@@ -288,12 +286,12 @@ def one_at_a_time(events):
     return kept
 
 
-@pytest.mark.parametrize("seed", range(4))
+@mark.parametrize("seed", range(4))
 def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
     events = one_at_a_time(random_events(np.random.default_rng(seed)))
     expected = by_hand(ensemble, reference_states(ensemble, events))
     found = observed(hs.replay(ensemble, events, hold=False))
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-13)
+    assert found == approx(expected, rel=1e-9, abs=1e-13)
 
 
 def test_breaking_stretches_changes_no_bit(ensemble):
@@ -412,14 +410,12 @@ def check_fork(ensemble, events, time, earlier, tolerance, instrument):
     for moment in (earlier, time):
         expected = state(events, moment)
         for forked in (state(fork, moment), state(fork + more, moment)):
-            assert forked.approach == pytest.approx(expected.approach, abs=0.02 * tolerance)
-            assert forked.tangential_load == pytest.approx(
-                expected.tangential_load, abs=0.003 * tolerance
-            )
-            assert forked.tangential_displacement == pytest.approx(
+            assert forked.approach == approx(expected.approach, abs=0.02 * tolerance)
+            assert forked.tangential_load == approx(expected.tangential_load, abs=0.003 * tolerance)
+            assert forked.tangential_displacement == approx(
                 expected.tangential_displacement, abs=0.01 * tolerance
             )
-            assert forked.dissipated_energy == pytest.approx(
+            assert forked.dissipated_energy == approx(
                 expected.dissipated_energy, rel=tolerance, abs=1e-7 * tolerance
             )
 
@@ -446,7 +442,7 @@ FORKED = {
 }
 
 
-@pytest.mark.parametrize("kind", FORKED)
+@mark.parametrize("kind", FORKED)
 def test_a_fork_reproduces_the_past_of_a_random_history(kind):
     options, how, tolerance, count = FORKED[kind]
     ensemble = hs.Ensemble(
@@ -476,9 +472,9 @@ def test_a_fork_reproduces_the_past_of_a_random_history(kind):
 def test_a_fork_writes_the_request_of_a_saturated_load(ensemble):
     events = [N(0.0, 0.006), T(0.0, 0.0), N(1.0, 0.001), T(1.0, 0.0025)]
     job = hs.Replay(ensemble, events, saturate=True)
-    assert job.state(0.9).tangential_load == pytest.approx(0.5 * 0.0015)
+    assert job.state(0.9).tangential_load == approx(0.5 * 0.0015)
     normal, tangential = fork_waypoints(events, 0.9, job.state, job.instrument)
-    assert (normal.value, tangential.value) == (pytest.approx(0.0015), pytest.approx(0.9 * 0.0025))
+    assert (normal.value, tangential.value) == (approx(0.0015), approx(0.9 * 0.0025))
 
 
 def test_a_fork_keeps_the_waypoints_of_friction(ensemble):
@@ -499,7 +495,7 @@ def test_a_fork_keeps_the_waypoints_of_friction(ensemble):
     # on its way from 0.4 at 1 s to 0.5 at 5 s, changed to 0.2 at 2 s and to 0.3 at 3 s
     expected = [(2.0, 0.425), (3.0, 0.2 + 0.3 / 3), (4.0, 0.4)]
     assert [(event.time, event.friction) for event in found] == [
-        (t, pytest.approx(mu)) for t, mu in expected
+        (t, approx(mu)) for t, mu in expected
     ]
     held = fork_waypoints(events[:5], 2.0, state, hs.Instrument())
     assert held == [N(2.0, 0.006), hs.FrictionRamp(2.0, 0.4)]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from golden import refused
+from pytest import mark, raises
 
 import historysim as hs
 from historysim.basics.limits import MOST_FRICTION
@@ -18,14 +19,14 @@ BEYOND = [1.0000001e60, 1e308]
 KINDS = [hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement]
 
 
-@pytest.mark.parametrize("number", BEYOND)
-@pytest.mark.parametrize("kind", [*KINDS, hs.FrictionChange, hs.FrictionRamp])
+@mark.parametrize("number", BEYOND)
+@mark.parametrize("kind", [*KINDS, hs.FrictionChange, hs.FrictionRamp])
 def test_events_name_themselves_and_their_time(kind, number):
     is_friction = "Friction" in kind.__name__
     field, most = (
         ("friction", "10000 at most") if is_friction else ("value", "at most 1e+60 in size, in SI")
     )
-    with pytest.raises(hs.InputError) as caught:
+    with raises(hs.InputError) as caught:
         kind(2.0, number)
     assert str(caught.value).startswith(
         f"{kind.__name__}: {field} is {number!r} at t = 2 s; expected "
@@ -38,7 +39,7 @@ def test_events_name_themselves_and_their_time(kind, number):
         assert kind(-fine, min(fine, MOST_FRICTION) if is_friction else fine).time == -fine
 
 
-@pytest.mark.parametrize("number", BEYOND)
+@mark.parametrize("number", BEYOND)
 def test_every_other_way_in(number):
     ways = {
         "geometry": lambda: hs.GeometryChange(0.0, summit_radius=[1e-6, number]),
@@ -75,7 +76,7 @@ def test_every_other_way_in(number):
         "samples": lambda: SampledLoads(np.array([0.0, number]), np.ones(2), np.zeros(2)),
     }
     for name, way in ways.items():
-        with pytest.raises(hs.InputError):
+        with raises(hs.InputError):
             pytest.fail(f"{name} gave {way()}")
     columns = to_columns([hs.TangentialLoad(0.0, 0.1)])
     forged = type(columns)(
@@ -91,7 +92,7 @@ def test_more_rows_than_are_allowed_are_refused_before_they_are_made():
         job.dataset()
 
 
-@pytest.mark.parametrize("load", [1e-70, 1e-100, 1e-200])
+@mark.parametrize("load", [1e-70, 1e-100, 1e-200])
 def test_a_small_load_is_carried_as_any_other(load):
     """Mindlin (1949): U = (3 μN / 16 G* a)(1 - (1 - T/μN)^(2/3)), to scale."""
     events = [hs.NormalLoad(0.0, load), hs.TangentialLoad(1.0, 0.1 * load)]

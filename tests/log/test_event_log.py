@@ -4,13 +4,13 @@ import math
 import sqlite3
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark, raises
 
 import historysim as hs
 from historysim.log import file as log_file
@@ -32,7 +32,7 @@ EVENTS = [
 ]
 
 
-@pytest.fixture
+@fixture
 def path(tmp_path):
     return tmp_path / "run.history"
 
@@ -81,7 +81,7 @@ def test_a_log_replays_as_the_events_do(path):
         assert log.verify().digest == log.digest
 
 
-@pytest.mark.parametrize("until", [0.0, 1.5, 9.0])
+@mark.parametrize("until", [0.0, 1.5, 9.0])
 def test_a_replay_until_an_event_has_the_rows_up_to_there_bit_for_bit(path, until):
     whole = hs.replay(ENSEMBLE, EVENTS, substeps=2, hold=False)
     with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2, hold=False) as log:
@@ -112,11 +112,11 @@ def test_what_is_appended_may_say_how_a_channel_came_there(path):
     first = [hs.NormalLoad(0.0, 0.03), hs.TangentialLoad(1.0, 0.004), hs.NormalLoad(2.0, 0.025)]
     with hs.EventLog.create(path, ENSEMBLE, first, hold=False) as log:
         snapshots_everywhere(log)
-        assert log.state(at=2.0).tangential_load == pytest.approx(0.004)
+        assert log.state(at=2.0).tangential_load == approx(0.004)
         log.append(hs.TangentialLoad(3.0, 0.008))
         told = []
         state = log.state(at=2.0, notify=told.append)
-        assert state.tangential_load == pytest.approx(0.006)
+        assert state.tangential_load == approx(0.006)
         assert bits(state) == bits(by_hand(ENSEMBLE, log.events(), 2.0))
         assert any("was made before events were appended" in line for line in told)
         log.append([hs.TangentialLoad(3.0, 0.007)])
@@ -138,7 +138,7 @@ def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
 # -- forks -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("at", [0.0, 0.4, 1.25, 2.0, 2.7, 7.0])
+@mark.parametrize("at", [0.0, 0.4, 1.25, 2.0, 2.7, 7.0])
 def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
     with (
         hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log,
@@ -157,10 +157,10 @@ def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
                     "tangential_displacement",
                     "dissipated_energy",
                 ):
-                    assert getattr(one, name) == pytest.approx(
+                    assert getattr(one, name) == approx(
                         getattr(other, name), rel=1e-7, abs=1e-13
                     ), (time, name)
-        assert fork.state().tangential_load == pytest.approx(0.002)
+        assert fork.state().tangential_load == approx(0.002)
     with hs.EventLog(path) as log:
         assert log.events() == EVENTS
 
@@ -197,7 +197,7 @@ def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
 def test_times_that_are_none_are_refused(path):
     with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log:
         for wrong in (math.nan, "noon", None):
-            with pytest.raises(hs.InputError):
+            with raises(hs.InputError):
                 log.state(at=wrong)
         with refused(r"has no event up to t = -1 s"):
             log.replay(until=-1.0)

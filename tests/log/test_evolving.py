@@ -1,9 +1,10 @@
 """Logs of contacts that evolve: every kind of event and law comes back, and all that is asked of a log holds."""
 
 import numpy as np
-import pytest
 import xarray as xr
+from numpy.testing import assert_array_equal
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.asperities import laws
@@ -37,7 +38,7 @@ def test_other_events_come_back_from_columns():
     assert from_columns(to_columns(events)) == events
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.text)
+@mark.parametrize("law", LAWS, ids=lambda law: law.text)
 def test_a_head_keeps_law_and_wear(law):
     for wear in (
         None,
@@ -93,7 +94,7 @@ waypoints = [
 """
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("evolving")
     (folder / "s.toml").write_text(SCENARIO)
@@ -107,7 +108,7 @@ def test_a_result_tells_what_evolves_and_verifies(made):
     assert hs.verify(folder / "s.history").snapshots >= 2
     assert "power law" in history.friction_law
     assert "Archard" in history.wear_law
-    assert history.present_friction.values[-1].tolist() == pytest.approx([0.3, 0.3, 0.3])
+    assert history.present_friction.values[-1].tolist() == approx([0.3, 0.3, 0.3])
     assert history.erased_memories.values.tolist() == [0, 0, 0, 1, 1, 1]
     assert history.erased_energy.values[3] > history.erased_energy.values[2]
     assert history.present_summit_radius.values[3, 1] == 0.8
@@ -136,7 +137,7 @@ def test_states_at_any_moment_and_forks_agree_with_the_replay(made):
         path = folder / "fork.history"
         with log.fork(4.5, path) as fork:
             again = fork.state()
-            assert again.friction == pytest.approx(state.friction, rel=1e-12)
+            assert again.friction == approx(state.friction, rel=1e-12)
             fork.append(
                 [
                     hs.NormalLoad(5.0, 0.015),
@@ -144,10 +145,10 @@ def test_states_at_any_moment_and_forks_agree_with_the_replay(made):
                     hs.FrictionRamp(5.0, 0.3),
                 ]
             )
-            assert fork.state().tangential_load == pytest.approx(whole.tangential_load, rel=1e-3)
+            assert fork.state().tangential_load == approx(whole.tangential_load, rel=1e-3)
         one = log.state_dataset(4.0)
         for name in ("worn_volume", "slid_distance", "present_summit_height", "tangential_load"):
-            assert one[name].values[0] == pytest.approx(history[name].values[4], rel=1e-12), name
+            assert one[name].values[0] == approx(history[name].values[4], rel=1e-12), name
 
 
 def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
@@ -176,13 +177,11 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
         # an open log's own snapshots give the same bits
         assert log.state(at=1.5) == middle
     for name in whole.data_vars:
-        np.testing.assert_array_equal(history[name], whole[name], err_msg=str(name))
+        assert_array_equal(history[name], whole[name], err_msg=str(name))
     assert middle.yielded.yielding_energy.sum() > 0
     with hs.EventLog(tmp_path / "fork.history") as fork:
-        np.testing.assert_array_equal(
-            fork.state(at=1.5).yielded.summit_height, middle.yielded.summit_height
-        )
+        assert_array_equal(fork.state(at=1.5).yielded.summit_height, middle.yielded.summit_height)
     written = tmp_path / "out.nc"
     hs.Replay(ensemble, events, substeps=3, hold=False).write(written)
     with xr.open_dataset(written) as found:
-        np.testing.assert_array_equal(found.yielding_load, whole.yielding_load)
+        assert_array_equal(found.yielding_load, whole.yielding_load)

@@ -8,9 +8,9 @@ import stat
 
 import attrs
 import numpy as np
-import pytest
 from golden import refused
 from pairs import UNIT as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.loads.schedule import make_cursor
@@ -32,17 +32,17 @@ EVENTS = [
 ]
 
 
-@pytest.fixture
+@fixture
 def small_batches(monkeypatch):
     monkeypatch.setattr(log_file, "MOST_EVENTS_OF_A_BATCH", 2)
 
 
-@pytest.fixture
+@fixture
 def path(tmp_path):
     return tmp_path / "run.history"
 
 
-@pytest.fixture
+@fixture
 def made(path, small_batches):  # noqa: ARG001 - the batches are those that it makes
     LogFile.create(path, LogHeader.from_replay(JOB, title="three"), EVENTS).close()
     return path
@@ -74,7 +74,7 @@ def test_every_bit_of_the_numbers_comes_back():
     # what was made without the checks is as good as what was made with them
     assert hash(back[0]) == hash(events[0])
     assert repr(back) == repr(events)
-    with pytest.raises(AttributeError):
+    with raises(AttributeError):
         back[0].value = 1.0
 
 
@@ -108,8 +108,8 @@ def test_appended_events_are_chained_to_earlier_ones(made):
         assert len(content.links) == len(before) + 2
 
 
-@pytest.mark.parametrize(
-    ("event", "message"),
+@mark.parametrize(
+    "event, message",
     [
         (
             hs.NormalLoad(1.9, 0.01),
@@ -135,7 +135,7 @@ def test_rows_can_be_neither_changed_nor_deleted(made):
     connection = sqlite3.connect(made)
     for table in ("head", "array", "batch", "chain"):
         for change in ("DELETE FROM {}", "UPDATE {} SET rowid = rowid"):
-            with pytest.raises(sqlite3.IntegrityError, match="a log is only ever appended to"):
+            with raises(sqlite3.IntegrityError, match="a log is only ever appended to"):
                 connection.execute(change.format(table))
     connection.close()
 
@@ -213,8 +213,8 @@ def tampered(path, statement, *values):
     connection.close()
 
 
-@pytest.mark.parametrize(
-    ("statement", "sound"),
+@mark.parametrize(
+    "statement, sound",
     [
         ("DELETE FROM batch WHERE number = 3", 4),
         ("DELETE FROM chain WHERE number = 3", 4),
@@ -237,7 +237,7 @@ def test_changes_past_the_triggers_are_detected(made, statement, sound):
             file.append([hs.NormalLoad(9.0, 0.01)])
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "statement",
     [
         "UPDATE head SET settings = replace(settings, '0.25', '0.26')",
@@ -281,8 +281,8 @@ def with_snapshot(path):
     return cursor, state
 
 
-@pytest.mark.parametrize(
-    ("statement", "reason"),
+@mark.parametrize(
+    "statement, reason",
     [
         ("UPDATE snapshot SET state = zeroblob(length(state))", "does not match its digest"),
         (
@@ -324,13 +324,13 @@ def test_a_snapshot_of_another_log_is_reported(made, tmp_path):
 
 def test_a_second_writer_is_reported_and_readers_are_not_held_up(made):
     with LogFile(made, write=True) as writer:
-        with pytest.raises(OSError, match="another process is writing it; wait until it is done"):
+        with raises(OSError, match="another process is writing it; wait until it is done"):
             LogFile(made, write=True)
         with LogFile(made) as reader:
             assert reader.sound().events == EVENTS
-            with pytest.raises(OSError, match="another process is writing it"):
+            with raises(OSError, match="another process is writing it"):
                 reader.append([hs.NormalLoad(3.0, 0.01)])
-            with pytest.raises(OSError, match="another process is writing it"):
+            with raises(OSError, match="another process is writing it"):
                 LogFile.create(made, LogHeader.from_replay(JOB), EVENTS)
             writer.append([hs.NormalLoad(3.0, 0.01)])
             assert len(reader.sound().events) == len(EVENTS) + 1
@@ -378,35 +378,31 @@ def test_a_writer_that_dies_in_a_transaction_leaves_what_was_there(made, tmp_pat
     assert names(tmp_path) == ["dead.history", "run.history"]
 
 
-@pytest.mark.parametrize(
-    "name", ["run.history-journal", ".new.history.part", ".new.history.part-journal"]
-)
+@mark.parametrize("name", ["run.history-journal", ".new.history.part", ".new.history.part-journal"])
 def test_a_file_of_something_else_under_a_name_of_its_own_is_left_alone(made, name):
     neighbour = made.with_name(name)
     neighbour.write_text("what nobody has twice", encoding="utf-8")
     with LogFile(shutil.copy(made, made.with_name("kept.history"))) as kept:
         head = kept.head
-    with pytest.raises((OSError, hs.errors.InputError), match="; move it away"):
+    with raises((OSError, hs.errors.InputError), match="; move it away"):
         LogFile(made) if name.startswith("run") else LogFile.create(
             made.with_name("new.history"), head
         )
-    with pytest.raises((OSError, hs.errors.InputError), match="; move it away"):
+    with raises((OSError, hs.errors.InputError), match="; move it away"):
         LogFile.create(
             made.with_name("run.history" if name.startswith("run") else "new.history"), head
         )
     assert neighbour.read_text(encoding="utf-8") == "what nobody has twice"
 
 
-@pytest.mark.skipif(
-    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere"
-)
+@mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
 def test_a_log_in_a_read_only_folder_can_be_read(made):
     made.chmod(stat.S_IRUSR)
     made.parent.chmod(stat.S_IRUSR | stat.S_IXUSR)
     try:
         with LogFile(made) as file:
             assert file.sound().events == EVENTS
-            with pytest.raises(OSError, match="Permission denied"):
+            with raises(OSError, match="Permission denied"):
                 file.append([hs.NormalLoad(3.0, 0.01)])
     finally:
         made.parent.chmod(stat.S_IRWXU)

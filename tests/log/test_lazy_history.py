@@ -12,10 +12,10 @@ import warnings
 from contextlib import closing
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, importorskip, mark, raises, warns
 from rough_scenario import SCENARIO
 
 import historysim as hs
@@ -101,7 +101,7 @@ def make_log(folder, seed, name, *, snapshot_every=4, record="all"):
     return path
 
 
-@pytest.fixture
+@fixture
 def log(tmp_path):
     return make_log(tmp_path, 1, "one coefficient")
 
@@ -131,7 +131,7 @@ def random_key(rng, size):
     return rng.integers(0, size, int(rng.integers(0, 5)))
 
 
-@pytest.mark.parametrize("name", CASES)
+@mark.parametrize("name", CASES)
 def test_any_block_has_the_bits_of_a_whole_run(tmp_path, monkeypatch, name):
     seed = len(name)
     snapshot_every = (3, 1000)[seed % 2]
@@ -151,9 +151,9 @@ def test_any_block_has_the_bits_of_a_whole_run(tmp_path, monkeypatch, name):
         assert_same_bits(fresh.isel(key), expected.isel(key))
 
 
-@pytest.mark.parametrize("name", ["one coefficient", "evolution", "two directions"])
+@mark.parametrize("name", ["one coefficient", "evolution", "two directions"])
 def test_chunks_computed_by_threads_have_the_bits_of_a_whole_run(tmp_path, name):
-    dask = pytest.importorskip("dask")
+    dask = importorskip("dask")
     path = make_log(tmp_path, len(name), name)
     rng = np.random.default_rng(len(name))
     chunks = {"step": int(rng.integers(2, 9)), "asperity": int(rng.integers(1, 4))}
@@ -165,7 +165,7 @@ def test_chunks_computed_by_threads_have_the_bits_of_a_whole_run(tmp_path, name)
 
 
 def test_variables_of_one_block_are_computed_once(log, monkeypatch):
-    pytest.importorskip("dask")
+    importorskip("dask")
     computed = []
     block = lazy_history.LazyHistory.block
 
@@ -189,9 +189,9 @@ def test_an_error_of_a_block_is_raised_and_not_cached(tmp_path):
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.002), hs.TangentialLoad(2.0, 0.1)]
     hs.EventLog.create(path, ball, events, record="all").close()
     history = xr.open_dataset(path, engine=HistoryBackend)
-    assert history.tangential_load.isel(step=1).item() == pytest.approx(0.002)
+    assert history.tangential_load.isel(step=1).item() == approx(0.002)
     for _ in range(2):
-        with pytest.raises(hs.LoadError, match=r"event 2 at t = 2 s"):
+        with raises(hs.LoadError, match=r"event 2 at t = 2 s"):
             history.tangential_load.isel(step=2).load()
 
 
@@ -226,7 +226,7 @@ def test_a_log_of_totals_has_the_asperities_that_touch(tmp_path):
 # -- what a run keeps ------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def scenario(tmp_path):
     path = tmp_path / "rough.toml"
     path.write_text(SCENARIO, encoding="utf-8")
@@ -275,7 +275,7 @@ def test_a_resume_with_another_selection_starts_at_the_beginning(scenario, tmp_p
 
     with monkeypatch.context() as patched:
         patched.setattr(result.FileRecorder, "flush", interrupt)
-        with pytest.raises(KeyboardInterrupt):
+        with raises(KeyboardInterrupt):
             hs.run(scenario, output, snapshot_every=10)
     notes = []
     hs.run(scenario, output, record="totals", resume=True, notify=notes.append).close()
@@ -316,7 +316,7 @@ def test_a_long_log_without_snapshots_says_which_option_helps(log, tmp_path, mon
     with closing(sqlite3.connect(bare)) as connection:
         connection.execute("DELETE FROM snapshot")
         connection.commit()
-    with pytest.warns(
+    with warns(
         UserWarning, match=r"no usable snapshot; historysim run .* --record totals --snapshot-every"
     ):
         history = open_lazily(bare)
@@ -374,7 +374,7 @@ def test_a_damaged_snapshot_is_passed_over_with_a_warning(log):
             "UPDATE snapshot SET state = zeroblob(length(state)) WHERE number % 2 = 0"
         )
         connection.commit()
-    with pytest.warns(UserWarning, match="a snapshot is damaged"):
+    with warns(UserWarning, match="a snapshot is damaged"):
         found = history.isel(step=slice(-3, None)).load()
     assert_same_bits(found, recorded(log).isel(step=slice(-3, None)))
 
@@ -396,7 +396,7 @@ def test_a_log_that_was_replaced_is_refused(log, tmp_path):
     log.unlink()
     make_log(tmp_path, 2, "one coefficient")
     # memory still holds the log; its snapshots are of another one
-    with pytest.warns(UserWarning, match="another log than before; it was replaced"):
+    with warns(UserWarning, match="another log than before; it was replaced"):
         history.normal_load.isel(step=-1).load()
     lazy_history._open_history.cache_clear()
     with refused(r"is not the log that the history was opened from.*replaced"):
@@ -466,7 +466,7 @@ def test_xarray_finds_the_engine_by_the_file(log):
     assert not backend.guess_can_open("https://example.org/run.history")
 
 
-@pytest.fixture
+@fixture
 def read_by_threads(tmp_path, monkeypatch):
     """A lazy history that six threads read, each block evicting another one, and its values."""
     path, rng = tmp_path / "x.history", np.random.default_rng(5)
@@ -495,12 +495,12 @@ def read_by_threads(tmp_path, monkeypatch):
     assert not errors
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are copied on POSIX only")
-@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+@mark.skipif(not hasattr(os, "fork"), reason="processes are copied on POSIX only")
+@mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_copies_of_a_process_read_while_its_threads_do(read_by_threads):
     history, values = read_by_threads
     chunked = hs.open(history.encoding["source"], chunks={"step": 2})
-    assert float(chunked.normal_load.sum().compute()) == pytest.approx(values.sum())
+    assert float(chunked.normal_load.sum().compute()) == approx(values.sum())
     for attempt in range(20):
         process = os.fork()
         if not process:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import h5py
 import netCDF4
-import pytest
 from golden import refused
 from kill_runs import EVERY, kill_runs
 from preloaded import POSSIBLE, REASON, run_script
 from promises import LONG, last_snapshot, variables
+from pytest import approx, fixture, mark, param, raises, skip
 
 import historysim as hs
 from historysim.log import result as result_writer
@@ -22,7 +22,7 @@ from historysim.recording.netcdf import FileRecorder
 TESTS = Path(__file__).parents[1]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     (folder / "killed.toml").write_text(LONG, encoding="utf-8")
@@ -30,7 +30,7 @@ def whole(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
+@fixture
 def folder(whole, tmp_path):
     shutil.copytree(whole, tmp_path, dirs_exist_ok=True)
     return tmp_path
@@ -54,7 +54,7 @@ def interrupted(folder, monkeypatch, after=5):
             raise Ended
 
     monkeypatch.setattr(result_writer, "add_snapshot", add)
-    with pytest.raises(Ended):
+    with raises(Ended):
         hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=EVERY)
     monkeypatch.undo()
     return folder / "killed.toml", folder / "killed.nc", written
@@ -67,7 +67,7 @@ def names(folder):
 # -- killed ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
+@mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
 def test_killed_runs_appends_and_forks_lose_nothing(tmp_path):
     assert sum(kill_runs(1, tmp_path, seed=1).values()) >= 1
 
@@ -102,15 +102,12 @@ def kept_rows(folder, whole, written):
     return content, content.index(row)
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "harm",
     [
         "cut",
         "of another log",
-        *(
-            pytest.param(harm, marks=pytest.mark.slow)
-            for harm in ("left open", "no netCDF", "of another run")
-        ),
+        *(param(harm, marks=mark.slow) for harm in ("left open", "no netCDF", "of another run")),
     ],
 )
 def test_rows_that_do_not_belong_to_a_snapshot_are_recomputed(folder, whole, monkeypatch, harm):
@@ -161,7 +158,7 @@ def test_a_resume_without_a_log_is_a_run(folder, whole):
 
 def faulty(tmp_path, stride):
     if not POSSIBLE:
-        pytest.skip(REASON)
+        skip(REASON)
     printed = run_script(TESTS / "scripts" / "fault_runs.py", tmp_path, stride)
     found = re.search(
         r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash",
@@ -171,7 +168,7 @@ def faulty(tmp_path, stride):
     return [int(number) for number in found.groups()]
 
 
-@pytest.mark.slow
+@mark.slow
 def test_a_failed_write_sync_or_rename_is_reported_and_resumed(tmp_path):
     calls, _, told, _ = faulty(tmp_path, 97)
     assert calls > 40
@@ -183,7 +180,7 @@ def test_a_full_disk_is_reported_and_the_run_resumes_later(folder, whole, monkey
     monkeypatch.setattr(
         shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6))
     )
-    with pytest.raises(
+    with raises(
         OSError, match=r"the disk is full: the result needs .* then continue with --resume"
     ):
         hs.run(scenario, output, resume=True, snapshot_every=EVERY)
@@ -228,7 +225,7 @@ def test_the_log_alone_makes_the_result_again(folder, whole):
 
 def test_a_second_run_of_one_result_is_refused(folder):
     for resume in (False, True):
-        busy = pytest.raises(OSError, match="another process is writing it")
+        busy = raises(OSError, match="another process is writing it")
         with LogFile(folder / "killed.history", write=True), busy:
             hs.run(folder / "killed.toml", folder / "killed.nc", resume=resume)
 
@@ -254,7 +251,7 @@ def test_a_changed_value_is_named(folder):
     assert set(found) == {"stick_radius", "saturated"}
     assert found["stick_radius"].count == 1
     assert found["stick_radius"].first.startswith("step 7, asperity 1 (")
-    assert found["stick_radius"].largest == pytest.approx(1e-9, rel=1e-5)
+    assert found["stick_radius"].largest == approx(1e-9, rel=1e-5)
     assert "saturated: 1 values differ, first at step 3" in found["saturated"].text
 
 

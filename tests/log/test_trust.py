@@ -7,8 +7,8 @@ import sqlite3
 import h5py
 import hostile
 import numpy as np
-import pytest
 from golden import refused
+from pytest import fixture, mark
 
 import historysim as hs
 from historysim.log import canonical
@@ -16,7 +16,7 @@ from historysim.log.verification import verify
 from historysim.recording import surface_group
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     (folder / "s.toml").write_text(hostile.SCENARIO, encoding="utf-8")
@@ -24,13 +24,13 @@ def made(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
+@fixture
 def folder(made, tmp_path):
     shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 
-@pytest.mark.parametrize("forgery", hostile.FORGERIES)
+@mark.parametrize("forgery", hostile.FORGERIES)
 def test_a_forged_log_is_reported_and_never_appended_to(folder, forgery):
     log = folder / "a.history"
     hostile.forged_log(log, hostile.FORGERIES[forgery])
@@ -53,7 +53,7 @@ def test_a_trigger_that_is_planted_while_the_log_is_open_is_seen(folder):
             opened.append(hs.NormalLoad(10.0, 0.01))
 
 
-@pytest.mark.parametrize("name", hostile.FORGED_HEADS)
+@mark.parametrize("name", hostile.FORGED_HEADS)
 def test_a_forged_head_whose_digests_agree_is_reported(folder, name):
     log = folder / "a.history"
     hostile.forged_head(log, {name: hostile.FORGED_HEADS[name]})
@@ -69,8 +69,8 @@ def test_digests_that_agree_alone_do_not_make_a_log_bad(folder):
         assert len(opened) == 5
 
 
-@pytest.mark.parametrize(
-    ("column", "values", "told"),
+@mark.parametrize(
+    "column, values, told",
     [
         ("value", [np.nan] * 5, "infinite, or none"),
         ("time", [0, 1, 2, 3, np.inf], "infinite, or none"),

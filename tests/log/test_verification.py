@@ -5,8 +5,8 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
-import pytest
 import xarray as xr
+from pytest import approx, fixture, mark
 
 import historysim as hs
 
@@ -15,14 +15,14 @@ import historysim as hs
 BEFORE = Path(__file__).parent / "written_by_0_4_0"
 
 
-@pytest.fixture
+@fixture
 def before(tmp_path):
     for path in BEFORE.iterdir():
         shutil.copy(path, tmp_path)
     return tmp_path / "written.nc"
 
 
-@pytest.fixture
+@fixture
 def again(before):
     """The result of the old log, made by this version."""
     hs.run(before.with_suffix(".history"), before).close()
@@ -46,7 +46,7 @@ def test_a_log_written_before_makes_its_result_again(before):
         assert set(result.variables) <= set(again.variables)
         for name, values in result.variables.items():
             scale = float(np.abs(np.nan_to_num(values)).max())
-            assert again[name].values == pytest.approx(
+            assert again[name].values == approx(
                 values.values, rel=1e-12, abs=1e-12 * scale, nan_ok=True
             ), name
         # a page that ran before may have added a separate event
@@ -57,7 +57,7 @@ def test_a_log_written_before_makes_its_result_again(before):
         }
         assert {event.name for event in log.events()} == own
         log.append(hs.NormalLoad(7.0, 0.01))
-        assert log.state().normal_load == pytest.approx(0.01)
+        assert log.state().normal_load == approx(0.01)
         with log.fork(1.3, before.with_name("fork.history")) as fork:
             assert len(fork) > 0
 
@@ -67,7 +67,7 @@ def test_a_result_written_before_is_run_again_from_itself(before, tmp_path):
     assert hs.verify(tmp_path / "other.nc").digest == hs.verify(before).digest
 
 
-@pytest.mark.parametrize(("who", "fails"), [("historysim_version", False), ("made_with", True)])
+@mark.parametrize("who, fails", [("historysim_version", False), ("made_with", True)])
 def test_rounding_of_another_version_is_noted_and_that_of_another_machine_is_a_failure(
     again, who, fails
 ):
@@ -82,7 +82,7 @@ def test_rounding_of_another_version_is_noted_and_that_of_another_machine_is_a_f
     assert any("another one" in line for line in notices) != fails
 
 
-@pytest.mark.parametrize(("name", "change"), [("separation", 1e-6), ("slip_state", 1)])
+@mark.parametrize("name, change", [("separation", 1e-6), ("slip_state", 1)])
 def test_more_than_rounding_is_a_failure_wherever_it_was_made(again, name, change):
     with netCDF4.Dataset(again, "a") as result:
         result.historysim_version = "another one"

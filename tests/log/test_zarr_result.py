@@ -7,23 +7,23 @@ import time
 from pathlib import Path
 
 import numpy as np
-import pytest
 import xarray as xr
 from click.testing import CliRunner
 from golden import refused
+from pytest import fixture, importorskip, mark, raises
 from rough_scenario import SCENARIO
 
 import historysim as hs
 from historysim.cli import main
 from historysim.log import lazy_history, zarr_result
 
-pytest.importorskip("zarr")
-pytest.importorskip("dask.array")
+importorskip("zarr")
+importorskip("dask.array")
 
 ONCE = {"date_created"}
 
 
-@pytest.fixture
+@fixture
 def scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(lazy_history, "CHUNK_CELLS", 300)
@@ -109,7 +109,7 @@ def test_an_interrupted_store_is_resumed(scenario, tmp_path, monkeypatch):
 
     with monkeypatch.context() as patched:
         patched.setattr(zarr_result, "_write_store", interrupt)
-        with pytest.raises(
+        with raises(
             KeyboardInterrupt, match=r"rough\.history keeps the events and snapshots; .* --resume"
         ):
             hs.run(scenario, "rough.zarr")
@@ -133,7 +133,7 @@ def test_what_is_no_finished_store_is_refused(scenario, tmp_path):
         hs.open("foreign.zarr")
 
 
-@pytest.mark.parametrize("module", ["zarr", "dask.array"])
+@mark.parametrize("module", ["zarr", "dask.array"])
 def test_without_its_packages_the_message_names_the_extras(scenario, tmp_path, monkeypatch, module):
     monkeypatch.setitem(sys.modules, module, None)
     with refused(r'pip install "historysim\[dask,zarr\]"'):
@@ -143,17 +143,17 @@ def test_without_its_packages_the_message_names_the_extras(scenario, tmp_path, m
 
 
 def test_a_cluster_that_is_not_there_is_an_error(scenario, monkeypatch):
-    pytest.importorskip("distributed")
+    importorskip("distributed")
     monkeypatch.setattr(zarr_result, "CONNECT_SECONDS", 0.2)
     with refused(r"cluster tcp://127\.0\.0\.1:9: no scheduler answers there"):
         hs.run(scenario, "rough.zarr", cluster="tcp://127.0.0.1:9")
 
 
-@pytest.mark.ci
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.skipif(os.name == "nt", reason="ends a process by a signal")
+@mark.ci
+@mark.filterwarnings("ignore")
+@mark.skipif(os.name == "nt", reason="ends a process by a signal")
 def test_a_cluster_that_loses_a_worker_gives_the_same_bits(scenario):
-    distributed = pytest.importorskip("distributed")
+    distributed = importorskip("distributed")
     hs.run(scenario, "rough.nc").close()
     expected = hs.open("rough.nc").load()
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
@@ -180,7 +180,7 @@ def opened_logs():
     return lazy_history._open_history.cache_info().misses
 
 
-@pytest.fixture
+@fixture
 def stored(scenario, monkeypatch):
     # few chunks, since each test reads all of them often
     monkeypatch.setattr(lazy_history, "CHUNK_CELLS", 3000)
@@ -239,7 +239,7 @@ def test_verify_compares_a_store_with_its_log(scenario, stored):
     assert [difference.name for difference in found.differences] == ["normal_load"]
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "member", ["notes.txt", "analysis/zarr.json", "normal_load/c/notes", "normal_load/link"]
 )
 def test_a_store_with_a_foreign_member_is_never_replaced(scenario, stored, member):
@@ -256,7 +256,7 @@ def test_a_store_with_a_foreign_member_is_never_replaced(scenario, stored, membe
     )
 
 
-@pytest.mark.parametrize("in_one_step", [True, False])
+@mark.parametrize("in_one_step", [True, False])
 def test_an_open_reader_never_reads_another_run(scenario, stored, monkeypatch, in_one_step):
     store, values = stored
     if not in_one_step:

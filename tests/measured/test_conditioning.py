@@ -1,9 +1,9 @@
 """Filters against their closed forms, and hum that is found where there is some and nowhere else."""
 
 import numpy as np
-import pytest
 import synthetic
 from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, mark
 
 from historysim.measured.correction import find_hum, low_pass, notch, running_median
 
@@ -27,7 +27,7 @@ def test_a_notch_takes_its_frequency_off_and_leaves_the_rest():
     assert np.abs(found - triangle() - sine(20, 0.1))[INSIDE].max() < ringing
 
 
-@pytest.mark.parametrize("frequency", [5.0, 20.0, 60.0])
+@mark.parametrize("frequency", [5.0, 20.0, 60.0])
 def test_a_low_pass_has_the_gain_of_butterworth_twice_and_no_phase(frequency):
     """|H|² of order 2 is 1/(1 + r⁴), with the frequencies of the bilinear transform."""
     ratio = np.tan(np.pi * frequency / RATE) / np.tan(np.pi * 20 / RATE)
@@ -55,8 +55,8 @@ def test_hum_is_found_with_its_frequency_and_amplitude():
     (found,) = find_hum(TIME, triangle() + noise(0) + sine(50.1, 0.1), dead_band=1.0)
     # between the turns 800 samples each: the amplitude of a line is known to √(2/n) of the noise,
     # its frequency better than to a tenth of a bin of the pieces
-    assert found.amplitude == pytest.approx(0.1, abs=4 * 0.1 * np.sqrt(2 / 3200))
-    assert found.frequency == pytest.approx(50.1, abs=0.1 * RATE / 800)
+    assert found.amplitude == approx(0.1, abs=4 * 0.1 * np.sqrt(2 / 3200))
+    assert found.frequency == approx(50.1, abs=0.1 * RATE / 800)
     both = find_hum(TIME, triangle() + noise(0) + sine(50, 0.1) + sine(150, 0.2), dead_band=1.0)
     assert [round(each.frequency) for each in both] == [150, 50]
     # beyond half of the sampling rate it is seen folded back

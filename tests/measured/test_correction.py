@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, mark
 
 from historysim.measured.correction import (
     drift_of_cycles,
@@ -32,7 +32,7 @@ def played(motion, width):
     return follower
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01])
+@mark.parametrize("noise", [0.0, 0.01])
 def test_offset_and_drift_are_found_within_their_errors(noise):
     generator = np.random.default_rng(7)
     time = np.linspace(0, 80.5, 8051)
@@ -40,10 +40,10 @@ def test_offset_and_drift_are_found_within_their_errors(noise):
     channel = swing + 0.3 + generator.normal(0, 1, time.size) * noise
     offset = offset_of_cycles(channel, dead_band=0.5)
     # extremes of noise are a little farther out on both sides alike
-    assert offset.value == pytest.approx(0.3, abs=4 * offset.standard_error + 1e-12)
+    assert offset.value == approx(0.3, abs=4 * offset.standard_error + 1e-12)
     assert offset.standard_error <= noise + 1e-15
     rate = drift_of_cycles(time, channel + 0.02 * time, dead_band=0.5)
-    assert rate.value == pytest.approx(0.02, abs=4 * rate.standard_error + 1e-12)
+    assert rate.value == approx(0.02, abs=4 * rate.standard_error + 1e-12)
 
 
 def test_the_standard_error_of_the_drift_equals_that_of_a_straight_fit():
@@ -56,22 +56,22 @@ def test_the_standard_error_of_the_drift_equals_that_of_a_straight_fit():
     slope, covariance = np.polyfit(
         time[cycles].mean(axis=1), channel[cycles].mean(axis=1), 1, cov=True
     )
-    assert found.value == pytest.approx(slope[0], rel=1e-9)
-    assert found.standard_error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-9)
+    assert found.value == approx(slope[0], rel=1e-9)
+    assert found.standard_error == approx(math.sqrt(covariance[0, 0]), rel=1e-9)
 
 
-@pytest.mark.parametrize("width", [0.0, 0.05, 0.3])
+@mark.parametrize("width", [0.0, 0.05, 0.3])
 def test_backlash_of_an_even_motion_is_removed_exactly(width):
     time = np.arange(0, 16.6, 0.01)
     motion = triangle(time)
     reading = played(motion, width)
     found = remove_backlash(time, reading, width)
     # how long the reading rests is known to a sample at either end
-    assert found == pytest.approx(motion, abs=0.02 + 1e-12)
+    assert found == approx(motion, abs=0.02 + 1e-12)
     moving = np.abs(np.abs(found - reading) - width / 2) < 1e-12
     moving[1:-1] &= moving[2:] & moving[:-2]
     assert moving.sum() > 1_000
-    assert found[moving] == pytest.approx(motion[moving], abs=1e-12)
+    assert found[moving] == approx(motion[moving], abs=1e-12)
 
 
 def test_backlash_under_noise_is_removed_within_the_dead_band():
@@ -93,7 +93,7 @@ def test_free_play_in_series_is_removed(load, width, closing_load):
     spring = width / (2 * closing_load)
     clearance = [min(max(force * spring, -width / 2), width / 2) for force in load]
     found = remove_free_play(contact + clearance, load, width, closing_load=closing_load)
-    assert found == pytest.approx(contact, abs=1e-13)
-    assert remove_free_play(contact + width / 2 * np.sign(load), load, width) == pytest.approx(
+    assert found == approx(contact, abs=1e-13)
+    assert remove_free_play(contact + width / 2 * np.sign(load), load, width) == approx(
         contact, abs=1e-13
     )

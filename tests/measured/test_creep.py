@@ -4,9 +4,9 @@ import re
 
 import attrs
 import numpy as np
-import pytest
 from click.testing import CliRunner
 from held import STIFF, Holds, contact
+from pytest import approx, mark, param, raises
 
 import historysim as hs
 from historysim.cli import main
@@ -29,19 +29,19 @@ def creep(seed=0, **shape):
     return separate_creep(Holds(**shape).record(seed), contact(), STIFF)
 
 
-@pytest.mark.parametrize(
-    ("name", "rate"),
+@mark.parametrize(
+    "name, rate",
     [
         *((name, 3.0) for name in FIRST),
-        *(pytest.param(name, 10.0, marks=pytest.mark.slow) for name in RECORDS),
+        *(param(name, 10.0, marks=mark.slow) for name in RECORDS),
     ],
 )
 def test_creep_is_found_within_five_percent(name, rate):
     record = Holds(**RECORDS[name], rate=rate)
     found = creep(**RECORDS[name], rate=rate)
     assert not found.unknown
-    assert found.per_decade.value == pytest.approx(record.creep, rel=0.05)
-    assert found.onset == pytest.approx(record.onset, rel=0.2)
+    assert found.per_decade.value == approx(record.creep, rel=0.05)
+    assert found.onset == approx(record.onset, rel=0.2)
     assert found.sensor_drift.low < record.sensor < found.sensor_drift.high
     # the parts add up to what was measured, but for noise
     assert all(abs(hold.rest) < 6e-5 for hold in found.holds)
@@ -55,12 +55,12 @@ def test_the_memory_part_is_the_slip_under_a_falling_load():
     found = creep(creep=0.0, fall=0.1, rate=3.0)
     assert "slip as the normal load falls hides it" in found.unknown
     for hold in found.holds:
-        assert hold.memory == pytest.approx(-0.1 * hold.tangential_load, rel=0.02)
-        assert hold.change == pytest.approx(hold.memory, abs=2e-5)
+        assert hold.memory == approx(-0.1 * hold.tangential_load, rel=0.02)
+        assert hold.change == approx(hold.memory, abs=2e-5)
 
 
-@pytest.mark.parametrize(
-    ("shape", "reason"),
+@mark.parametrize(
+    "shape, reason",
     [
         ({"creep": 0.0, "load_noise": 2e-5, "rate": 3.0}, "noise decides|too noisy"),
         ({"length": 3.0, "load_noise": 5e-5}, "too short, or too noisy|noise decides"),
@@ -122,5 +122,5 @@ def test_the_command_and_the_function_agree(tmp_path, monkeypatch):
     again = CliRunner().invoke(main, ["creep", "s.toml", "-o", "record.csv"])
     assert again.exit_code == 2
     flat = attrs.evolve(record, response={"tangential_load": np.zeros(record.time.size)})
-    with pytest.raises(InputError, match="tangential load is 0 in all holds"):
+    with raises(InputError, match="tangential load is 0 in all holds"):
         separate_creep(flat, contact(), STIFF)

@@ -2,10 +2,10 @@
 
 import attrs
 import numpy as np
-import pytest
 import synthetic
 from golden import refused
 from numpy.testing import assert_allclose
+from pytest import approx, mark
 from scipy import stats
 
 import historysim as hs
@@ -30,7 +30,7 @@ def test_without_noise_the_truth_is_found():
         truth = synthetic.TRUTHS[kind][parameter.name]
         # a turn is expected beyond the outermost sample, and here it is on it: the estimate leaves
         # a little of that
-        assert parameter.value == pytest.approx(truth, rel=5e-5)
+        assert parameter.value == approx(truth, rel=5e-5)
         # not narrower than by the noise, which is the distance of a true turn from the outermost
         # sample
         assert parameter.high / parameter.low < 1 + 1e-2
@@ -44,7 +44,7 @@ def test_turning_points_between_samples_are_found():
     record = observe(exact("ball", loads=(0.05,), rate=5.02))
     found = fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), record)
     for name, value in found.values.items():
-        assert value == pytest.approx(synthetic.TRUTHS["ball"][name], rel=5e-5)
+        assert value == approx(synthetic.TRUTHS["ball"][name], rel=5e-5)
 
 
 def test_intervals_hold_the_truth_where_turning_points_fall_between_coarse_samples():
@@ -72,7 +72,7 @@ def test_few_loops_have_the_interval_of_noise():
 def test_the_misfit_of_a_true_model_is_one():
     found = synthetic.fitted("ball", 3)
     # √(χ²/n) of n samples scatters by 1/√(2n); neighbouring samples share the shifted nodes
-    assert found.misfit == pytest.approx(1, abs=5 / np.sqrt(2 * found.degrees_of_freedom))
+    assert found.misfit == approx(1, abs=5 / np.sqrt(2 * found.degrees_of_freedom))
     assert found.degrees_of_freedom == found.residual.size - 2
     assert abs(found.correlation[0, 1]) < 0.1
     assert_allclose(np.diag(found.correlation), 1, rtol=1e-12)
@@ -123,15 +123,15 @@ def test_a_parameter_without_effect_is_noted():
     shear, friction = found.parameters
     assert notes_of(found) == "shear_modulus is not determined by these data"
     # it stays where it was, and the other one is the mean of the load over the normal load
-    assert shear.value == pytest.approx(1e10, rel=1e-6)
+    assert shear.value == approx(1e10, rel=1e-6)
     load = sliding()["tangential_load"][1:-1]
-    assert friction.value == pytest.approx(load.mean() / 0.05, rel=1e-6)
+    assert friction.value == approx(load.mean() / 0.05, rel=1e-6)
     # the interval is that of a mean, by the scatter of it (here more than the noise that second
     # differences show)
     reach = (
         stats.t.ppf(0.975, found.degrees_of_freedom) * load.std(ddof=2) / np.sqrt(load.size) / 0.05
     )
-    assert (friction.high - friction.low) / 2 == pytest.approx(reach, rel=0.1)
+    assert (friction.high - friction.low) / 2 == approx(reach, rel=0.1)
     assert abs(found.correlation[0, 1]) < 1e-3
 
 
@@ -187,8 +187,8 @@ def test_unfittable_input_is_refused():
 # -- coverage --------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("part", list(synthetic.RECORDS))
+@mark.slow
+@mark.parametrize("part", list(synthetic.RECORDS))
 def test_intervals_of_95_percent_hold_the_truth_in_95_of_100_records(part):
     """Of 100 records at 95 %, fewer than 89 come once in 200 times; correlation is guarded against, so that all may."""
     by_fit, by_loops, off, reach = synthetic.held(part, range(100))

@@ -4,9 +4,9 @@ import csv
 import re
 
 import numpy as np
-import pytest
 from click.testing import CliRunner
 from numpy.testing import assert_allclose
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -45,8 +45,8 @@ def test_transition_from_partial_slip_has_the_published_ratios():
     assert_allclose(report.values["energy_friction_coefficient"], MU / 5, rtol=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("share", "slide", "regime"),
+@mark.parametrize(
+    "share, slide, regime",
     [
         (0.05, 0.0, "stick"),
         (0.5, 0.0, "partial slip"),
@@ -130,9 +130,7 @@ def test_means_have_intervals_and_the_dataset_holds_all():
     low, high = report.interval("energy_friction_coefficient")
     assert low < values.mean() < high
     # of independent loops it is near Student's
-    assert (high - low) / 2 == pytest.approx(
-        2.2 * values.std(ddof=1) / np.sqrt(values.size), rel=0.6
-    )
+    assert (high - low) / 2 == approx(2.2 * values.std(ddof=1) / np.sqrt(values.size), rel=0.6)
     assert report.text("energy_friction_coefficient").endswith(f"(95 %: {low:.4g} to {high:.4g})")
     data = loops.to_dataset()
     for name, each in QUANTITIES.items():
@@ -177,7 +175,7 @@ tangential_load = "T"
 """
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def log(tmp_path_factory):
     """A fretting log with one stored cycle of 400 points at cycles 1, 10, 100; friction of 0.2, 0.3, 0.5 at 50 N."""
     folder = tmp_path_factory.mktemp("fretting")
@@ -208,9 +206,7 @@ def test_stored_cycles_are_evaluated_one_by_one(log):
     )
     # Student's t of three values, 4.303 standard errors
     low, high = report.interval("slip_amplitude")
-    assert (high - low) / 2 == pytest.approx(
-        4.3027 * slip.std(ddof=1) / np.sqrt(3) * 1e-6, rel=5e-3
-    )
+    assert (high - low) / 2 == approx(4.3027 * slip.std(ddof=1) / np.sqrt(3) * 1e-6, rel=5e-3)
     heading, *rows, mean = fretting_rows(runs)
     assert heading[:4] == ("run", "loops", "regime", "displacement amplitude δ*")
     assert [row[:3] for row in rows] == [(str(cycle), "1", "gross slip") for cycle in (1, 10, 100)]

@@ -2,8 +2,8 @@
 
 import attrs
 import numpy as np
-import pytest
 import synthetic
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.measured.loops import loops_of_measurement
@@ -15,7 +15,7 @@ def test_the_printed_interval_of_a_mean_holds_it():
     low, high = (float(text) for text in row.partition("95 %: ")[2].rstrip(")").split(" to "))
     assert low < 0.2 < high
     wander = loops.wander("friction_coefficient")
-    assert high - low == pytest.approx(2 * wander.reach, abs=2e-4)
+    assert high - low == approx(2 * wander.reach, abs=2e-4)
     assert not wander.drifts
 
 
@@ -37,13 +37,13 @@ def with_hum(sign):
     )
 
 
-@pytest.mark.parametrize("sign", [1, -1])
+@mark.parametrize("sign", [1, -1])
 def test_hum_in_quadrature_does_not_bias(sign):
     clean, hum = loops_of_measurement(CLEAN), loops_of_measurement(with_hum(sign))
     assert len(hum) == len(clean)
     # at the ends of a branch the phases of one period are not all there: 3 nm of 50, with the mean
     # load of half a wave
-    assert hum.friction_coefficient[clean.large] == pytest.approx(
+    assert hum.friction_coefficient[clean.large] == approx(
         clean.friction_coefficient[clean.large],
         abs=0.25e-3 * 2 / np.pi * 3 / 50 / 30e-3,
         nan_ok=True,
@@ -55,4 +55,4 @@ def test_hum_in_quadrature_does_not_bias(sign):
     # of 16 s
     assert np.pi * 3e-9 * 0.25e-3 * 800 > 500 * room
     exponents = [each.by_load().power_law("friction_coefficient").exponent for each in (hum, clean)]
-    assert exponents[0] == pytest.approx(exponents[1], abs=2e-3)
+    assert exponents[0] == approx(exponents[1], abs=2e-3)

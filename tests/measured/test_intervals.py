@@ -1,8 +1,8 @@
 """Intervals from how an estimate wanders: against simulation, closed forms, and a published limit."""
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, mark, param
 from scipy import stats
 
 from historysim.measured.intervals import (
@@ -24,8 +24,8 @@ def drawn(random, share, correlation=0.0):
     return np.linalg.cholesky(covariance) @ random.normal(size=share.size) * np.sqrt(share)
 
 
-@pytest.mark.parametrize(
-    ("share", "trend", "correlation"),
+@mark.parametrize(
+    "share, trend, correlation",
     [
         (np.full(4, 0.25), False, 0.6),
         (np.array([0.05, 0.2, 0.1, 0.3, 0.15, 0.2]), True, 0.6),
@@ -41,7 +41,7 @@ def test_five_of_a_hundred_records_are_outside(share, trend, correlation):
         moves = [drawn(random, share, correlation) for _ in range(2_000)]
         outside = np.mean([abs(of @ move) > reach * np.sqrt(line.variance(move)) for move in moves])
         # five standard errors of a share of 2 000
-        assert outside == pytest.approx(0.05, abs=5 * np.sqrt(0.05 * 0.95 / 2_000))
+        assert outside == approx(0.05, abs=5 * np.sqrt(0.05 * 0.95 / 2_000))
 
 
 def test_two_pieces_have_the_quantile_of_cauchy():
@@ -49,29 +49,29 @@ def test_two_pieces_have_the_quantile_of_cauchy():
     expected = np.tan(0.95 * np.pi / 2) * np.sqrt(6)
     line = TrendLine(np.array([0.5, 0.5]), trend=False)
     # the quadrature meets a pole near its end, since the quantile is large
-    assert line.critical_value(line.sum, 0.0, 0.95) == pytest.approx(expected, rel=1e-3)
+    assert line.critical_value(line.sum, 0.0, 0.95) == approx(expected, rel=1e-3)
 
 
 def test_many_pieces_tend_to_the_limit_of_kiefer_vogelsang_and_bunzel():
     """Their table, with V = ∫ S² in place of twice that: 6.81 at 97.5 %; simulated by them to some 0.5 %."""
     line = TrendLine(np.full(150, 1 / 150), trend=False)
-    assert line.critical_value(line.sum, 0.0, 0.95) == pytest.approx(6.811 / np.sqrt(2), rel=0.02)
+    assert line.critical_value(line.sum, 0.0, 0.95) == approx(6.811 / np.sqrt(2), rel=0.02)
 
 
 def test_a_straight_drift_has_the_variance_of_its_closed_form():
     """The value drifts by D from end to end: S is D (r² - r)/2, and V is D²/60."""
     share = np.full(300, 1 / 300)
     moves = share * (np.cumsum(share) - share / 2 - 0.5)
-    assert TrendLine(share, trend=False).variance(moves) == pytest.approx(1 / 60, rel=1e-4)
+    assert TrendLine(share, trend=False).variance(moves) == approx(1 / 60, rel=1e-4)
     line = TrendLine(share, trend=True)
-    assert line.variance(moves) == pytest.approx(0, abs=1e-20)
-    assert line.rise @ moves == pytest.approx(1)
+    assert line.variance(moves) == approx(0, abs=1e-20)
+    assert line.rise @ moves == approx(1)
 
 
 def test_constant_pieces_have_no_variance():
     share = np.array([0.2, 0.5, 0.3])
     line = TrendLine(share, trend=False)
-    assert line.variance(0.7 * share) == pytest.approx(0, abs=1e-15)
+    assert line.variance(0.7 * share) == approx(0, abs=1e-15)
     assert_allclose(line.variance(3 * share + [1, -1, 0]), line.variance(np.array([1.0, -1, 0])))
     assert compute_wander(np.zeros(16), EVEN, 0.95).reach == 0
     assert compute_mean_wander(np.array([1.0, 2.0]), 0.95) is None
@@ -87,13 +87,13 @@ def test_intervals_hold_the_truth_with_unknown_correlation():
     assert 0.87 - 2 * np.sqrt(0.08 / 100) <= np.mean(held)
 
 
-@pytest.mark.parametrize("count", [3, 5, 9])
+@mark.parametrize("count", [3, 5, 9])
 def test_few_loops_have_students_interval(count):
     random = np.random.default_rng(3)
     for values in random.normal(2, 0.1, (20, count)):
         wander = compute_mean_wander(values, 0.95)
         low, high = stats.t.interval(0.95, count - 1, values.mean(), stats.sem(values))
-        assert wander.drifts or wander.reach == pytest.approx((high - low) / 2)
+        assert wander.drifts or wander.reach == approx((high - low) / 2)
     # correlated neighbours of a few loops once had fourteen standard deviations
     rising = np.array([1.0, 1.1, 1.2, 1.3, 1.4])
     assert compute_mean_wander(rising, 0.95).reach < 1.5 * rising.std(ddof=1)
@@ -123,7 +123,7 @@ def test_pieces_are_whole_loops():
     assert split_into_pieces(np.arange(0, 4001, 2), 4001).size <= 50
 
 
-@pytest.mark.parametrize(("count", "correlation", "least"), [(8, 0.0, 0.93), (32, 0.6, 0.89)])
+@mark.parametrize("count, correlation, least", [(8, 0.0, 0.93), (32, 0.6, 0.89)])
 def test_a_reach_holds_and_is_hardly_wider_than_the_scatter(count, correlation, least):
     """Known noise, or scatter four times as great of which the noise says nothing; an offset does no harm."""
     random = np.random.default_rng(4)
@@ -156,15 +156,15 @@ def test_the_reach_of_independent_pieces_equals_students():
     assert compute_half_width(np.zeros(48), share, 1.0, 0.95) == 0
 
 
-@pytest.mark.parametrize(
-    ("records", "pieces"),
+@mark.parametrize(
+    "records, pieces",
     [
         (1_000, 3),
         (1_000, 10),
-        *(pytest.param(20_000, n, marks=pytest.mark.slow) for n in (3, 4, 5, 10)),
+        *(param(20_000, n, marks=mark.slow) for n in (3, 4, 5, 10)),
     ],
 )
-@pytest.mark.parametrize("even", [True, False])
+@mark.parametrize("even", [True, False])
 def test_few_independent_pieces_hold_the_truth(records, pieces, even):
     """The estimate is the mean of pieces weighted by their information, and pieces scatter in proportion to it."""
     random = np.random.default_rng(pieces)
@@ -179,6 +179,4 @@ def test_few_independent_pieces_hold_the_truth(records, pieces, even):
     reaches = np.array([compute_student_half_width(move, share, 0.95) for move in moves])
     held = np.mean(np.abs(estimates) <= reaches)
     # with even pieces the interval is Student's; five standard errors of the count
-    assert held == pytest.approx(
-        0.95, abs=5 * np.sqrt(0.05 * 0.95 / records) + (0.0 if even else 0.015)
-    )
+    assert held == approx(0.95, abs=5 * np.sqrt(0.05 * 0.95 / records) + (0.0 if even else 0.015))

@@ -3,8 +3,8 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
+from pytest import mark, raises
 
 import historysim as hs
 from historysim.measured.loop_values import NoLoopError
@@ -84,7 +84,7 @@ def test_a_loop_without_any_branch_at_one_load_is_left_out():
     )
 
 
-@pytest.mark.parametrize("rise", [1.3, 0.7])
+@mark.parametrize("rise", [1.3, 0.7])
 def test_a_step_at_rest_leaves_the_friction(rise):
     """The step belongs to the branch behind it, in front of which the displacement rests."""
     u = np.concatenate(
@@ -110,10 +110,10 @@ def test_first_loops_of_each_load_are_left_out_on_request():
     # at one load it is what skip is
     one = record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0})
     assert loops_of_channels(*one, skip_per_level=1).number.tolist() == [1]
-    with pytest.raises(
+    with raises(
         NoLoopError,
         match="no series of loops at one normal load has more than the 3 that are to be",
     ):
         loops_of_channels(*channels, skip_per_level=3)
-    with pytest.raises(hs.InputError, match=r"skip_per_level is 0\.5"):
+    with raises(hs.InputError, match=r"skip_per_level is 0\.5"):
         loops_of_channels(*channels, skip_per_level=0.5)

@@ -3,9 +3,9 @@
 import re
 
 import numpy as np
-import pytest
 import synthetic
 from golden import check_messages
+from pytest import approx, mark
 
 from historysim.measured.branches import Definitions
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
@@ -36,7 +36,7 @@ NONE = {
 }
 
 
-@pytest.mark.parametrize("name", NONE)
+@mark.parametrize("name", NONE)
 def test_loops_without_friction_have_no_coefficient(name):
     load, reason = NONE[name]
     found = loops_of_channels(TIME, MEASURED, load, 1.0)
@@ -53,11 +53,11 @@ def test_loops_without_friction_have_no_coefficient(name):
     assert dict(summary(found.to_dataset()))["no_friction"] == text
 
 
-@pytest.mark.parametrize("offset", [0.0, 1.0])
+@mark.parametrize("offset", [0.0, 1.0])
 def test_an_offset_does_not_hide_friction(offset):
     found = loops_of_channels(TIME, MEASURED, offset + FRICTION + 2e-3 * NOISE[2], NORMAL)
     assert found.no_friction == ()
-    assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=5e-3)
+    assert found.statistics("friction_coefficient").mean == approx(0.2, rel=5e-3)
 
 
 def test_each_load_is_judged_by_itself():
@@ -69,9 +69,7 @@ def test_each_load_is_judged_by_itself():
     assert re.match(r"\d loops at 2 N are no friction: ", text)
     rows = [row[-1] for row in found.by_load().rows() if row[0] == "  2 N"]
     assert rows[0] == "–"
-    assert found.by_load().statistics("friction_coefficient")[0].mean == pytest.approx(
-        0.2, rel=1e-2
-    )
+    assert found.by_load().statistics("friction_coefficient")[0].mean == approx(0.2, rel=1e-2)
     # a line through one load is none
     assert found.by_load().laws() == []
 
@@ -114,7 +112,7 @@ def slider(
     )
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "shape",
     [
         {},
@@ -131,7 +129,7 @@ def slider(
 )
 def test_a_stop_leaves_the_friction_of_the_level_part(shape):
     loops = slider(**shape)
-    assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
+    assert loops.statistics("friction_coefficient").mean == approx(0.2, rel=0.01)
     assert (
         sum(
             "the load rises again at the ends of the stroke: a stop or interlocking" in n
@@ -144,14 +142,14 @@ def test_a_stop_leaves_the_friction_of_the_level_part(shape):
     if not (shape.get("grow") or shape.get("rounded")):
         # straight lines between samples cut the four corners of a loop
         accuracy = 0.06 if "samples" in shape else 0.03
-        assert loops.statistics("dissipated_energy").mean == pytest.approx(
+        assert loops.statistics("dissipated_energy").mean == approx(
             4 * 10 * (50e-6 - 2e-6), rel=accuracy
         )
     assert loops.fretting.regime_text().startswith("gross slip")
     assert not slider(**{**shape, "stop": (0.0, 0.0)}).hooked_branches.any()
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "shape",
     [
         {"rounded": 30, "stiffness": 0.4},
@@ -172,14 +170,14 @@ def test_rounded_tilted_and_uneven_branches_have_no_stop(shape):
     if "position" in shape:
         # the mean of 1 + p x² over the last quarter of the stroke, from x = 1/2 to 1, is 1 + 7/12 p
         coefficient = loops.statistics("friction_coefficient").mean
-        assert coefficient == pytest.approx(0.2 * (1 + 7 / 12 * shape["position"]), rel=5e-3)
+        assert coefficient == approx(0.2 * (1 + 7 / 12 * shape["position"]), rel=5e-3)
 
 
 def test_branches_without_sliding_give_a_lower_bound():
     found = loops_of_measurement(short())
     assert found.rising_branches.all()
     # it is 0.20, and the means say 0.18
-    assert found.friction_coefficient == pytest.approx(np.full((3, 2), 0.184), abs=2e-3)
+    assert found.friction_coefficient == approx(np.full((3, 2), 0.184), abs=2e-3)
     for name in ("friction_force", "friction_coefficient", "preliminary_displacement"):
         assert found.statistics(name).count == 0
         assert np.isnan(found.statistics(name).mean)
@@ -205,7 +203,7 @@ def test_only_sliding_loops_count_in_the_mean():
     slid = ~found.rising_branches & np.isfinite(found.friction_force)
     assert slid.any()
     assert found.rising_branches.any()
-    assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=2e-3)
+    assert found.statistics("friction_coefficient").mean == approx(0.2, rel=2e-3)
     assert found.statistics("friction_coefficient").count == slid.all(axis=1).sum()
     table = dict(
         zip(

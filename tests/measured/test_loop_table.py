@@ -3,8 +3,8 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
+from pytest import approx
 from scipy import stats
 
 from historysim.measured.loop_table import energy_law, same_amplitude, same_load, straight_line
@@ -58,7 +58,7 @@ def test_known_laws_are_recovered():
     assert_allclose([line.slope, line.intercept], [0.2, 0.05], rtol=1e-9)
     assert made([1.0, 2.0, 4.0], exponent=-1 / 3).by_load().power_law(
         "friction_coefficient"
-    ).exponent == pytest.approx(-1 / 3, abs=1e-9)
+    ).exponent == approx(-1 / 3, abs=1e-9)
     texts = dict(table.laws())
     assert texts["friction over load"].startswith(
         "F = 0.2 N + 50 mN (95 %: 0.2 to 0.2; 50 mN to 50 mN), through"
@@ -90,7 +90,7 @@ def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
     assert found.large.tolist() == (found.amplitude >= 0.5).tolist()
     assert 0 < found.large.sum() < len(found)
     kept = found.friction_force[found.large].mean(axis=1)
-    assert found.statistics("friction_force").mean == pytest.approx(np.nanmean(kept))
+    assert found.statistics("friction_force").mean == approx(np.nanmean(kept))
     assert found.statistics("friction_force").count == found.large.sum()
     assert dict(found.summary())["values"].startswith(
         "mean ± standard deviation of one loop, those of 0.5 of the larg"
@@ -143,11 +143,9 @@ def test_summary_and_files_have_the_power_of_the_energy():
     exponent = float(text.removeprefix("proportional to the power ").split()[0])
     # where the amplitude changes, a loop is not whole: the classes of energies are off by some
     # percent
-    assert exponent == pytest.approx(1, abs=0.1)
+    assert exponent == approx(1, abs=0.1)
     assert text.endswith("amplitudes")
-    assert found.to_dataset().attrs["energy_over_amplitude_exponent"] == pytest.approx(
-        exponent, abs=1e-3
-    )
+    assert found.to_dataset().attrs["energy_over_amplitude_exponent"] == approx(exponent, abs=1e-3)
     assert "energy over amplitude" not in dict(
         made([1.0, 2.0], amplitudes=(1.0, 0.5, 0.25)).summary()
     )

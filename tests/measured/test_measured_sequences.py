@@ -4,9 +4,9 @@ import re
 from pathlib import Path
 
 import netCDF4
-import pytest
 import synthetic
 from click.testing import CliRunner
+from pytest import approx, fixture, mark
 from records import write_columns
 from records_shared import DAMPER, DAMPER_SCENARIO
 
@@ -51,7 +51,7 @@ def write_record(folder):
     )
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, monkeypatch):
     write_record(tmp_path)
     (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
@@ -131,12 +131,10 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     assert done.exit_code == 0, done.output
     assert files(folder) == ["measured.csv", "out", "s.toml"]
     assert files(folder / "out") == ["found.png", "found.toml"]
-    assert number(done.output, "friction ") == pytest.approx(0.2, rel=1e-3)
+    assert number(done.output, "friction ") == approx(0.2, rel=1e-3)
     # in kN/m
-    assert number(done.output, "lateral_stiffness") == pytest.approx(
-        synthetic.STIFFNESS / 1e3, rel=0.02
-    )
-    assert number(done.output, "misfit over noise") == pytest.approx(1, abs=0.15)
+    assert number(done.output, "lateral_stiffness") == approx(synthetic.STIFFNESS / 1e3, rel=0.02)
+    assert number(done.output, "misfit over noise") == approx(1, abs=0.15)
     assert "note" not in done.output
     fitted = scenario.load(folder / "out" / "found.toml")
     assert f"{fitted.instrument.lateral_stiffness / 1e3:.6g} kN/m" in done.output
@@ -156,9 +154,7 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
 # -- real records ----------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(
-    not DAMPER.is_file(), reason="the measured record of a friction damper is not there"
-)
+@mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
 def test_a_friction_damper(tmp_path, monkeypatch):
     """14 s at 0.5 Hz, swelling and dying away: 14 reversals, 13 half cycles, 6 whole loops."""
     monkeypatch.chdir(tmp_path)

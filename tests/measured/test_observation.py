@@ -1,11 +1,11 @@
 """A measurement, and a model along its displacements: the replay without noise, no false reversals with it."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from pairs import STIFF as PAIR
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.measured.comparison import FEWEST_MEANS, compute_response, observe
@@ -99,8 +99,8 @@ def test_the_stiffness_includes_contact_and_instrument():
     moved = np.array([0, 1e-12, 1e-6, 1.1e-6])
     stick = 8 * 2e10 * (3 * 0.05 * 1e-3 / (4 * 1e11)) ** (1 / 3)
     response = compute_response(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
-    assert response.stiffness[1] == pytest.approx(1 / (1 / stick + 1 / 5e5), rel=1e-3)
-    assert response.stiffness[3] == pytest.approx(0, abs=1e-6 * stick)
+    assert response.stiffness[1] == approx(1 / (1 / stick + 1 / 5e5), rel=1e-3)
+    assert response.stiffness[3] == approx(0, abs=1e-6 * stick)
 
 
 # -- observe ---------------------------------------------------------------------------------------
@@ -110,14 +110,14 @@ def test_noise_is_estimated_from_the_record():
     random = np.random.default_rng(0)
     smooth = 2e-7 * np.abs((np.arange(4000) / 100 + 3) % 4 - 2)
     # the median of 4000 sizes scatters by 1.3 %, and by more since second differences overlap
-    assert estimate_white_noise(smooth + random.normal(0, 1e-9, smooth.size)) == pytest.approx(
+    assert estimate_white_noise(smooth + random.normal(0, 1e-9, smooth.size)) == approx(
         1e-9, rel=0.1
     )
     assert estimate_white_noise(smooth) < 1e-20
     assert estimate_white_noise([1.0, 2.0]) == 0
 
 
-@pytest.mark.parametrize(("skip", "first"), [(0, 0), (1, 9), (2, 17)])
+@mark.parametrize("skip, first", [(0, 0), (1, 9), (2, 17)])
 def test_loops_are_skipped(skip, first):
     moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
     observation = observe(record_of(moved, 0.05), skip=skip)
@@ -133,17 +133,17 @@ def test_averaging_keeps_turning_points_and_halves_the_noise_of_four_samples():
     averaged = observation.average(10_001)
     assert_allclose(averaged.displacement[averaged.turns], moved[observation.turns], rtol=0)
     assert_allclose(averaged.displacement[averaged.nodes], moved[observation.nodes], rtol=0)
-    assert averaged.time.size == pytest.approx(10_001, rel=0.01)
+    assert averaged.time.size == approx(10_001, rel=0.01)
     assert (np.diff(averaged.time) > 0).all()
     # the first mean behind the first turning point, of three or four samples, by hand: they are a
     # second apart
     turn, mean = observation.turns[1], averaged.turns[1] + 1
     count = round(2 * (averaged.time[mean] - observation.time[turn]) - 1)
     assert count in (3, 4)
-    assert averaged.displacement[mean] == pytest.approx(
+    assert averaged.displacement[mean] == approx(
         moved[turn + 1 : turn + 1 + count].mean(), rel=1e-12
     )
-    assert averaged.displacement_noise == pytest.approx(0.5e-9, rel=0.1)
+    assert averaged.displacement_noise == approx(0.5e-9, rel=0.1)
     assert averaged.reading_noise == observation.displacement_noise
     assert averaged.remarks[-1][1].endswith("turning points, and means of 4 between them")
     assert observation.average(40_001) is observation

@@ -3,8 +3,9 @@
 import itertools
 
 import numpy as np
-import pytest
 from clean_records import BODIES, FRICTION, LOAD, PAIR, SLIPS, loaded
+from numpy.testing import assert_allclose
+from pytest import approx, mark, raises
 from records import scenario_text, write_columns
 
 import historysim as hs
@@ -47,12 +48,12 @@ def test_a_record_that_begins_at_zero_within_its_noise_stays(tmp_path):
     noisy = MOVED + np.random.default_rng(0).normal(0, 1e-10, TIME.size)
     measurement = hs.load(write(tmp_path, noisy)).measurement()
     assert not measurement.remarks
-    np.testing.assert_allclose(measurement["tangential_displacement"], noisy, rtol=1e-12)
+    assert_allclose(measurement["tangential_displacement"], noisy, rtol=1e-12)
 
 
 def test_the_zero_is_the_first_reading_of_the_file(tmp_path):
     found = hs.load(write(tmp_path, MOVED + 1e-6, loading='start = "0.25 s"')).measurement()
-    assert found["tangential_displacement"][0] == pytest.approx(MOVED[25], abs=1e-14)
+    assert found["tangential_displacement"][0] == approx(MOVED[25], abs=1e-14)
 
 
 def test_a_raw_stage_height_is_not_an_approach(tmp_path):
@@ -68,15 +69,13 @@ def test_a_raw_stage_height_is_not_an_approach(tmp_path):
             response={},
         )
         if refused:
-            with pytest.raises(
-                hs.InputError, match=r'starts at 5 µm.*offset = "-5 µm".*offset = 0'
-            ):
+            with raises(hs.InputError, match=r'starts at 5 µm.*offset = "-5 µm".*offset = 0'):
                 hs.load(path).events()
         else:
             assert hs.load(path).events()
 
 
-@pytest.mark.parametrize("offset", ["0", "0.0", '"0 nm"', '"1e-12 nm"'])
+@mark.parametrize("offset", ["0", "0.0", '"0 nm"', '"1e-12 nm"'])
 def test_an_offset_of_zero_is_an_offset(offset, tmp_path):
     """The contact is pressed at displacement 0, and moves to its first sample along Mindlin's first branch."""
     radius = (0.75 * 2.5e-3 * LOAD / PAIR.contact_modulus) ** (1 / 3)
@@ -87,7 +86,7 @@ def test_an_offset_of_zero_is_an_offset(offset, tmp_path):
     scenario = hs.load(write(tmp_path, moved, right, columns={"tangential_displacement": column}))
     loads = hs.run(scenario).total_tangential_load, hs.compare(scenario).response.tangential_load
     for load in loads:
-        np.testing.assert_allclose(load, right, rtol=1e-9)
+        assert_allclose(load, right, rtol=1e-9)
 
 
 def write_mid_stroke(folder, zero=5e-6, phase=0.13, stroke=1.0, column='"u"', **keys):
@@ -125,14 +124,12 @@ def test_the_offset_of_the_displacement_is_fitted(tmp_path):
     # the written scenario has it, and means the same in run and compare
     found.write(tmp_path / "fitted.toml")
     again = hs.load(tmp_path / "fitted.toml")
-    assert again.measurement()["tangential_displacement"] == pytest.approx(moved, abs=1e-10)
+    assert again.measurement()["tangential_displacement"] == approx(moved, abs=1e-10)
     compared = hs.compare(again)
     assert compared.residuals.rms < 2.2e-5
     history = hs.run(again).total_tangential_load
-    np.testing.assert_allclose(
-        history, compared.response.tangential_load, atol=1e-2 * FRICTION * LOAD
-    )
-    np.testing.assert_allclose(history[:20], compared.response.tangential_load[:20], rtol=1e-9)
+    assert_allclose(history, compared.response.tangential_load, atol=1e-2 * FRICTION * LOAD)
+    assert_allclose(history[:20], compared.response.tangential_load[:20], rtol=1e-9)
 
 
 def test_a_fitted_offset_is_written_where_the_column_is(tmp_path):
@@ -152,7 +149,7 @@ def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
 # -- records that begin amid a test
 
 
-@pytest.mark.parametrize("guess", ["0.3", "2.0"])
+@mark.parametrize("guess", ["0.3", "2.0"])
 def test_a_record_from_the_middle_of_a_test_is_fitted(tmp_path, guess):
     """The advice of the note is followed; before it the estimate is off."""
     base = BALL.replace("0.2", guess)
@@ -182,9 +179,9 @@ def test_a_record_from_the_middle_of_a_test_is_fitted(tmp_path, guess):
 def test_a_record_that_never_forgets_its_past_is_refused(tmp_path):
     path, _ = write_mid_stroke(tmp_path, loading='past = "unknown"')
     for verb in (hs.compare, hs.fit):
-        with pytest.raises(hs.InputError, match=r"loading.past: .*expected strokes that slide"):
+        with raises(hs.InputError, match=r"loading.past: .*expected strokes that slide"):
             verb(path)
-    with pytest.raises(hs.InputError, match=r"loading.past: .*creep has no bounds"):
+    with raises(hs.InputError, match=r"loading.past: .*creep has no bounds"):
         hs.creep(path)
 
 
@@ -213,13 +210,13 @@ def test_a_spring_in_parallel_is_fitted(tmp_path):
         + 'parallel_stiffness = "7 kN/m"\n[fit]\nparameters = ["friction", "parallel_stiffness"]\n'
     )
     found = hs.fit(write(tmp_path, LONG, IN_PARALLEL, more=more))
-    assert found.values["parallel_stiffness"] == pytest.approx(1e4, rel=0.02)
-    assert found.values["friction"] == pytest.approx(0.2, rel=0.02)
+    assert found.values["parallel_stiffness"] == approx(1e4, rel=0.02)
+    assert found.values["friction"] == approx(0.2, rel=0.02)
     assert (
         "parallel_stiffness = "
         in found.scenario_text(tmp_path / "f.toml").partition("[instrument]")[2]
     )
-    assert found.comparison.measured.statistics("friction_coefficient").mean == pytest.approx(
+    assert found.comparison.measured.statistics("friction_coefficient").mean == approx(
         0.2, rel=0.02
     )
 
@@ -227,13 +224,13 @@ def test_a_spring_in_parallel_is_fitted(tmp_path):
 def test_terms_of_a_difference_have_a_scale(tmp_path):
     terms = '{ difference = ["T", { column = "u", scale = 1e-5, unit = "N" }] }'
     found = hs.loops(write(tmp_path, LONG, IN_PARALLEL, response={"tangential_load": terms}))
-    assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
+    assert found.statistics("friction_coefficient").mean == approx(0.2, rel=0.01)
     for scale, expected in (
         ("0", "a number other than 0"),
         ('"2"', "a number, or one with the unit of the channel"),
     ):
         terms = f'{{ sum = ["T", {{ column = "u", scale = {scale}, unit = "N" }}] }}'
-        with pytest.raises(hs.InputError, match=rf"sum\[1\]\.scale: .*expected {expected}"):
+        with raises(hs.InputError, match=rf"sum\[1\]\.scale: .*expected {expected}"):
             hs.load(write(tmp_path, response={"tangential_load": terms}))
 
 
@@ -272,7 +269,7 @@ def mindlin_displacement(load, turns):
     return moved
 
 
-@pytest.mark.parametrize("stiffness", [np.inf, 5e5])
+@mark.parametrize("stiffness", [np.inf, 5e5])
 def test_with_the_load_replayed_residuals_are_displacements(stiffness, tmp_path):
     load = (
         0.9
@@ -289,7 +286,7 @@ def test_with_the_load_replayed_residuals_are_displacements(stiffness, tmp_path)
     compared = hs.compare(
         write(tmp_path, moved + error, load, columns=columns, response=response, more=more)
     )
-    np.testing.assert_allclose(compared.displacement_difference, error, rtol=0, atol=1e-13)
+    assert_allclose(compared.displacement_difference, error, rtol=0, atol=1e-13)
     text = dict(compared.summary())["rms difference"]
     assert text.startswith("199.8 pm, ")
     assert "% of the range of the displacement" in text
@@ -320,7 +317,7 @@ def test_a_fit_and_the_comparison_of_its_scenario_print_one_number(tmp_path):
     found = hs.fit(path)
     found.write(tmp_path / "f.toml")
     rms = float(np.sqrt(np.mean(noise**2)))
-    assert found.comparison.residuals.rms == pytest.approx(rms, rel=0.02)
+    assert found.comparison.residuals.rms == approx(rms, rel=0.02)
     lines = (
         dict(found.summary())["rms difference"],
         dict(hs.compare(tmp_path / "f.toml").summary())["rms difference"],

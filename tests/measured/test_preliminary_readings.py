@@ -2,9 +2,9 @@
 
 import attrs
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 from pairs import GLASS as PAIR
+from pytest import approx, fixture
 
 import historysim as hs
 from historysim.contact import mindlin
@@ -22,7 +22,7 @@ def theory(normal_load, friction):
     return PAIR.displacement_ratio * friction * float(sphere.approach_at(normal_load))
 
 
-@pytest.fixture(scope="module", params=list(LOADS))
+@fixture(scope="module", params=list(LOADS))
 def swung(request):
     """Triangular loops of one sphere whose reversals lie between the samples; the normal load and its θμδ."""
     friction = LOADS[request.param]
@@ -61,18 +61,18 @@ def test_the_bias_at_the_noise_of_the_instruments(swung):
         assert len(found) == LOOPS - 1
         virgin = found.statistics("virgin_displacement")
         assert virgin.count == LOOPS - 1
-        assert virgin.mean == pytest.approx(truth, rel=share)
+        assert virgin.mean == approx(truth, rel=share)
         for name, factor in (
             ("preliminary_displacement", reversal_factor(0.95)),
             ("displacement_from_zero_load", zero_load_factor(0.95)),
         ):
-            assert found.statistics(name).mean == pytest.approx(factor * truth, abs=1e-9)
+            assert found.statistics(name).mean == approx(factor * truth, abs=1e-9)
 
 
 def test_the_virgin_displacement_excludes_the_instrument(swung):
     sampled, normal_load, truth = swung
     found = noisy(sampled, normal_load, lateral_stiffness=334e3)
-    assert found.statistics("virgin_displacement").mean == pytest.approx(truth, rel=0.003)
+    assert found.statistics("virgin_displacement").mean == approx(truth, rel=0.003)
     assert found.statistics("preliminary_displacement").mean > 1.1 * reversal_factor(0.95) * truth
     lines = dict(found.summary())
     assert lines["preliminary displacement"].endswith(
@@ -82,15 +82,15 @@ def test_the_virgin_displacement_excludes_the_instrument(swung):
 
 def test_factors_agree_with_theory():
     """To slip: 2 from the reversal, 2^(1/3) from zero load (the source's Eq. 4.5)."""
-    assert reversal_factor(1 - 1e-15) == pytest.approx(2, abs=1e-9)
-    assert zero_load_factor(1 - 1e-15) == pytest.approx(2 ** (1 / 3), abs=1e-9)
+    assert reversal_factor(1 - 1e-15) == approx(2, abs=1e-9)
+    assert zero_load_factor(1 - 1e-15) == approx(2 ** (1 / 3), abs=1e-9)
     contact = {"normal_load": 1.0, "contact_radius": 1.0, "shear_modulus": 1.0, "friction": 1.0}
     slide = float(mindlin.preliminary_displacement(**contact))
     for reached in (0.5, 0.8, 0.95):
         # from sliding backward to forward
         load = -1 + 2 * reached
         u = float(mindlin.displacement_after_reversal(-load, reversal_load=1.0, **contact))
-        assert (slide - u) / slide == pytest.approx(reversal_factor(reached), rel=1e-12)
+        assert (slide - u) / slide == approx(reversal_factor(reached), rel=1e-12)
 
 
 def test_undetermined_displacements_are_nan():

@@ -4,10 +4,10 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from pairs import UNIT as PAIR
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.contact import mindlin
@@ -59,8 +59,8 @@ def test_the_channel_in_step_is_monotone_and_near(values, dead_band):
         assert fall(near[start : end + 1] * np.sign(values[end] - values[start])) == 0
 
 
-@pytest.mark.parametrize(
-    ("values", "dead_band", "kept"),
+@mark.parametrize(
+    "values, dead_band, kept",
     [
         ([3], 0, [0]),
         ([3, 3], 0, [0, 1]),
@@ -110,7 +110,7 @@ def variation(values):
     return float(np.abs(np.diff(values)).sum())
 
 
-@pytest.mark.parametrize("ensemble", ENSEMBLES)
+@mark.parametrize("ensemble", ENSEMBLES)
 @example(values=np.array([0, 9, -7, 8, 3, 5]), dead_band=0, scale=0.1)
 @given(
     values=samples.filter(lambda values: values.size > 2),
@@ -129,7 +129,7 @@ def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, 
 
     stiffness = 8 * PAIR.shear_modulus * contact_radii(ensemble).sum()
     rounding = 1e-12 * (ensemble.friction.max() * NORMAL_LOAD + stiffness * np.abs(values).max())
-    assert replayed(ensemble, values[kept])[0] == pytest.approx(reduced_load[kept], abs=rounding)
+    assert replayed(ensemble, values[kept])[0] == approx(reduced_load[kept], abs=rounding)
 
     # two springs that slip at r differ by no more than min(ε, 2r): twice the virgin curve at half
     # the dead band
@@ -138,7 +138,7 @@ def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, 
     assert np.abs(load - reduced_load).max() <= bound + rounding
 
     ends = kept[1:][np.abs(np.diff(values[kept])) >= dead_band]
-    assert load[ends] == pytest.approx(reduced_load[ends], abs=rounding)
+    assert load[ends] == approx(reduced_load[ends], abs=rounding)
     for start, end in pairwise(ends):
         lost = (energy[end] - energy[start]) - (reduced_energy[end] - reduced_energy[start])
         dropped = variation(values[start : end + 1]) - variation(reduced[start : end + 1])
@@ -163,8 +163,8 @@ def test_the_bound_is_attained_by_one_dip_from_a_slide():
     reduced, _ = replayed(
         ensemble, follow_turns(values, turning_points(values, np.nextafter(dip, 1)))
     )
-    assert reduced[2] - load[2] == pytest.approx(2 * 0.3 * limit, rel=1e-12)
-    assert load[2] == pytest.approx(turned, rel=1e-12)
+    assert reduced[2] - load[2] == approx(2 * 0.3 * limit, rel=1e-12)
+    assert load[2] == approx(turned, rel=1e-12)
 
 
 @example(values=np.array([10.0, 20.0, 10.0]), dead_band=11.0, share=0.5)
@@ -200,7 +200,7 @@ def test_under_load_control_displacements_stay_within_the_bound(values, dead_ban
     most = max(np.abs(values).max(), dead_band / 2)
     virgin = mindlin.tangential_displacement(np.array([most, most - dead_band]), **contact)
     assert np.abs(whole - reduced)[:swung].max(initial=0) <= virgin[0] - virgin[1] + rounding
-    assert whole[ends] == pytest.approx(reduced[ends], abs=rounding)
+    assert whole[ends] == approx(reduced[ends], abs=rounding)
 
 
 # ---------------------------------------------------------------- two channels
@@ -286,7 +286,7 @@ def test_resampling_by_hand(steps, values, max_gap, shift):
                 expected = v0 + (own - t0) / (t1 - t0) * (v1 - v0)
         if own in time:
             expected = values[time == own][0]
-        assert value == pytest.approx(expected, nan_ok=True, rel=1e-12, abs=1e-12)
+        assert value == approx(expected, nan_ok=True, rel=1e-12, abs=1e-12)
 
 
 # ---------------------------------------------------------------- bad input

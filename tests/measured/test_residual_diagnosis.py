@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import attrs
 import numpy as np
-import pytest
 import synthetic
+from pytest import approx, mark
 
 from historysim.measured.comparison import Comparison, compute_residuals, compute_response, observe
 
@@ -24,7 +24,7 @@ def notes(load=LOAD, moved=MOVED, record=SOUND, **others):
     return Comparison(observation, compute_response(*model, observation)).notes
 
 
-@pytest.mark.parametrize("others", [{"friction": 0.26}, {"lateral_stiffness": 5e5}])
+@mark.parametrize("others", [{"friction": 0.26}, {"lateral_stiffness": 5e5}])
 def test_another_parameter_is_not_a_fault(others):
     assert notes(**others) == ()
 
@@ -44,10 +44,10 @@ def left_of(load, friction=0.2):
 def test_a_wrong_coefficient_is_left_along_sliding():
     left = left_of(RECORD["tangential_load"], friction=0.18)
     assert left.along_sliding > 0.5
-    assert left.rms == pytest.approx(1e-3, rel=0.3)
+    assert left.rms == approx(1e-3, rel=0.3)
     # measured less model, over both directions
-    assert np.nanmean(left.mean[0, -10:]) == pytest.approx(1e-3, rel=0.05)
-    assert np.nanmean(left.mean[1, -10:]) == pytest.approx(-1e-3, rel=0.05)
+    assert np.nanmean(left.mean[0, -10:]) == approx(1e-3, rel=0.05)
+    assert np.nanmean(left.mean[1, -10:]) == approx(-1e-3, rel=0.05)
 
 
 def test_friction_that_differs_is_left_from_branch_to_branch():

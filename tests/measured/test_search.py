@@ -2,8 +2,8 @@
 
 import attrs
 import numpy as np
-import pytest
 import synthetic
+from pytest import approx, mark, param
 from records_shared import DAMPER, DAMPER_SCENARIO
 from scipy import optimize
 
@@ -100,12 +100,9 @@ def check_minimum(search, tried=1):
 FIRST = {"2.09 Hz", "with_backlash 7"}
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "record",
-    [
-        pytest.param(each, id=name, marks=() if name in FIRST else pytest.mark.slow)
-        for each, name in SYNTHETIC
-    ],
+    [param(each, id=name, marks=() if name in FIRST else mark.slow) for each, name in SYNTHETIC],
 )
 def test_a_search_ends_at_the_minimum(record):
     start = {"friction": 0.26, "lateral_stiffness": 1.3 * synthetic.STIFFNESS}
@@ -116,9 +113,7 @@ def test_a_search_ends_at_the_minimum(record):
     assert (pulls < 0.1).all()
 
 
-@pytest.mark.skipif(
-    not DAMPER.is_file(), reason="the measured record of a friction damper is not there"
-)
+@mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
 def test_a_search_on_a_real_record_ends_at_the_minimum(tmp_path):
     """A damper with backlash, no contact of one sphere: nearly all places of turns are at their bounds."""
     (tmp_path / "d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
@@ -185,7 +180,7 @@ def test_a_turn_is_expected_beyond_the_outermost_sample():
     beyond = np.where(rises, 2.0, 0.0) - moved[inner]
     expected = observation.node_offset[1:-1]
     assert np.sign(expected).tolist() == np.where(rises, 1, -1).tolist()
-    assert np.abs(expected).mean() == pytest.approx(np.abs(beyond).mean(), rel=0.35)
+    assert np.abs(expected).mean() == approx(np.abs(beyond).mean(), rel=0.35)
     model = synthetic.model("ball")(synthetic.TRUTHS["ball"])
     assert compute_response(*model, observation).slope.shape == (4000,)
 
@@ -222,14 +217,14 @@ BALL = {name: synthetic.TRUTHS["ball"][name] for name in ("friction", "lateral_s
 WHITE = recorded(0, loads=(0.05,))
 
 
-@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
+@mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 def test_a_search_ends_at_the_best_misfit_from_any_start():
     observation = observe(WHITE)
     factors = [(1.0, 1500.0), (1e4, 1e-4), (1e-4, 1e4)]
     assert check_starts(synthetic.model("ball"), BALL, observation, factors) == (4, 4)
 
 
-@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
+@mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 def test_a_search_that_ends_at_its_bound_has_no_interval():
     """A start 200,000 times too soft is beyond what a search may go: the last value is no estimate."""
     from historysim.measured.fitting import fit_parameters
@@ -317,8 +312,8 @@ def test_a_record_that_is_held_in_force_has_an_interval():
     assert friction.low < 0.2 < friction.high
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("prepare", [lambda record: record, filtered], ids=["raw", "filtered"])
+@mark.slow
+@mark.parametrize("prepare", [lambda record: record, filtered], ids=["raw", "filtered"])
 def test_intervals_of_records_that_are_held_in_force_hold_the_truth(prepare):
     """Of 20 at 95 %, fewer than 17 come once in 60 times."""
     found = [fitted_friction_of(prepare(held_in_force(seed))) for seed in range(20)]

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import attrs
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 from pairs import STIFF as PAIR
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.errors import InputError
@@ -33,8 +33,8 @@ def made(
 def test_known_parameters_are_recovered():
     found = sliding_of_channels(*made(noise=0.002))
     assert found.over == "distance"
-    assert found.peak.coefficient == pytest.approx(PEAK, abs=found.peak.lifted)
-    assert found.peak.place == pytest.approx(20e-6, abs=3e-6)
+    assert found.peak.coefficient == approx(PEAK, abs=found.peak.lifted)
+    assert found.peak.place == approx(20e-6, abs=3e-6)
     approach = found.approach
     assert approach.steady_low < STEADY < approach.steady_high
     assert approach.start_low < START < approach.start_high
@@ -42,7 +42,7 @@ def test_known_parameters_are_recovered():
     assert approach.length_high - approach.length_low < 0.2 * LENGTH
     assert approach.settled
     over_time = sliding_of_channels(*made(noise=0.002), over="time")
-    assert over_time.approach.length == pytest.approx(LENGTH / 1e-3, rel=0.05)
+    assert over_time.approach.length == approx(LENGTH / 1e-3, rel=0.05)
 
 
 def held(found, steady, start, length):
@@ -101,8 +101,8 @@ def evaluated(made_of, seed, *, over_time=False):
     )
 
 
-@pytest.mark.parametrize(
-    ("made_of", "over_time"),
+@mark.parametrize(
+    "made_of, over_time",
     [
         (lambda random: spiked(EXPONENTIAL + white(random), random), False),
         (lambda random: EXPONENTIAL + correlated(random, 0.8), False),
@@ -124,8 +124,8 @@ def test_intervals_hold_the_truth_in_disturbed_records(made_of, over_time):
     assert (np.abs(checked - 0.95 * len(found)) <= four_deviations(len(found))).all()
 
 
-@pytest.mark.parametrize(
-    ("made_of", "over_time", "reason"),
+@mark.parametrize(
+    "made_of, over_time, reason",
     [
         (lambda random: 0.4 + white(random), False, "no better than a constant"),
         (
@@ -160,13 +160,13 @@ def test_other_courses_are_not_reported_as_exponential(made_of, over_time, reaso
 
 def test_a_rig_that_starts_late_is_left_out_until_then():
     found = evaluated(lambda random: late(EXPONENTIAL, 230) + white(random), 0, over_time=True)
-    assert found.place[0] == pytest.approx(2.3, abs=0.03)
+    assert found.place[0] == approx(2.3, abs=0.03)
     assert ("left out", "the first 2.3 s, in which the rig rests") in found.remarks
     # over the known displacement, too, and low friction of a coating is no rest
     moved = 1e-3 * np.maximum(WAY_MM - 2.3, 0)
     load = late(EXPONENTIAL, 230)
     known = sliding_of_channels(WAY_MM, load, np.ones(SIZE), moved, over="time")
-    assert known.place[0] == pytest.approx(2.3, abs=0.03)
+    assert known.place[0] == approx(2.3, abs=0.03)
     coated = np.where(WAY_MM < 6, 0.05, 0.6)
     assert sliding_of_channels(WAY_MM, coated, np.ones(SIZE)).remarks == ()
 
@@ -203,8 +203,8 @@ def test_a_course_is_written_and_replayed(tmp_path):
     ]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.5), course.along(events), record="totals")
     again = sliding_of_history(history)
-    assert again.approach.steady == pytest.approx(STEADY, abs=0.005)
-    assert again.approach.length == pytest.approx(LENGTH, rel=0.05)
+    assert again.approach.steady == approx(STEADY, abs=0.005)
+    assert again.approach.length == approx(LENGTH, rel=0.05)
     found.to_dataset().to_netcdf(tmp_path / "mu.nc")
     (tmp_path / "s.toml").write_text(
         '[materials]\ncontact_modulus = 1e11\nshear_modulus = 2e10\n[surface]\nkind = "sphere"\nradius = 1e-3\n'
@@ -221,7 +221,7 @@ def test_a_course_is_written_and_replayed(tmp_path):
     assert_allclose(changes, found.window_mean[[0, -1]], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("noise", "over", "windows"), [(0.002, "distance", 50), (0.5, "time", 1)])
+@mark.parametrize("noise, over, windows", [(0.002, "distance", 50), (0.5, "time", 1)])
 def test_its_dataset_holds_all_but_the_samples(noise, over, windows):
     found = sliding_of_channels(*made(noise=noise), over=over, windows=windows)
     found = attrs.evolve(found, remarks=(("left out", "2 rows: empty"), ("note", "clock")))
@@ -238,17 +238,17 @@ def test_its_dataset_holds_all_but_the_samples(noise, over, windows):
 # -- a displacement that rests ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-7])
+@mark.parametrize("noise", [0.0, 1e-7])
 def test_over_time_a_displacement_that_rests_is_not_needed(noise):
     """A rotating disc: the position of the arm is recorded, and rests."""
     random = np.random.default_rng(0)
     time = np.arange(500.0)
     load = 0.6 + random.normal(0, 0.01, 500)
     moved = 3e-3 + random.normal(0, 1, 500) * noise
-    with pytest.raises(InputError, match="the tangential displacement rests"):
+    with raises(InputError, match="the tangential displacement rests"):
         sliding_of_channels(time, load, np.ones(500), moved)
     found = sliding_of_channels(time, load, np.ones(500), moved, over="time")
-    assert found.window_mean.mean() == pytest.approx(0.6, rel=0.01)
+    assert found.window_mean.mean() == approx(0.6, rel=0.01)
     assert (
         sliding_of_channels(time, -load, np.ones(500), moved, over="time").window_mean.mean() > 0.5
     )
@@ -264,16 +264,16 @@ def test_peak_strength_is_found_anywhere():
     found = sliding_of_channels(u / 1e-5, ratio * normal, normal, u)
     # the largest load is at the end of the record
     assert (ratio * normal).argmax() != 150
-    assert found.strength.coefficient == pytest.approx(0.7, abs=1e-3)
-    assert found.strength.place == pytest.approx(1.5e-3, abs=1e-5)
+    assert found.strength.coefficient == approx(0.7, abs=1e-3)
+    assert found.strength.place == approx(1.5e-3, abs=1e-5)
     assert dict(found.summary())["peak strength"].startswith("T/N = 0.7 at 1.5 mm")
     assert Sliding.from_dataset(found.to_dataset()).strength == found.strength
     # a static peak is the peak strength, and is printed once
     assert "peak strength" not in dict(sliding_of_channels(*made()).summary())
 
 
-@pytest.mark.parametrize(
-    ("rows", "value"), [([600], 180.0), ([0], 180.0), ([1199], -180.0), ([300, 301, 900], 50.0)]
+@mark.parametrize(
+    "rows, value", [([600], 180.0), ([0], 180.0), ([1199], -180.0), ([300, 301, 900], 50.0)]
 )
 def test_rows_that_are_far_off_are_named_and_left_out(rows, value):
     time = np.arange(1200.0)
@@ -286,9 +286,7 @@ def test_rows_that_are_far_off_are_named_and_left_out(rows, value):
     found = sliding_of_channels(time, friction, np.ones(1200))
     text = dict(found.summary())["outliers"]
     assert f"T/N = {value:g} at t = " in text
-    assert float(re.search(r"median is ([\d.]+)", text)[1]) == pytest.approx(
-        np.median(friction), rel=1e-3
-    )
+    assert float(re.search(r"median is ([\d.]+)", text)[1]) == approx(np.median(friction), rel=1e-3)
     assert_allclose(found.window_mean, sound.window_mean, atol=2e-3)
-    assert found.approach.steady == pytest.approx(sound.approach.steady, abs=1e-3)
+    assert found.approach.steady == approx(sound.approach.steady, abs=1e-3)
     assert found.strength.coefficient < 0.7

@@ -6,27 +6,27 @@ import subprocess
 import sys
 
 import numpy as np
-import pytest
 import same_bits
 from c_core import ROOT, SANITIZED, SUPPORT, WARNINGS, compiled, hatch_build, walked
 from cffi import FFI
 from hypothesis import example, given
 from hypothesis import strategies as st
+from pytest import approx, fixture, mark, param, skip
 
 import historysim as hs
 
 EPS = np.finfo(float).eps
 CC = hatch_build.compiler()
 HISTORIES = 12  # tests/scripts/same_bits.py compares any number
-pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
+pytestmark = mark.skipif(not CC, reason="needs a C compiler")
 
 
-@pytest.mark.parametrize(
-    ("compiler", "standard"),
+@mark.parametrize(
+    "compiler, standard",
     [
         (None, "-std=c11"),
         *(
-            pytest.param(*each, marks=pytest.mark.ci)
+            param(*each, marks=mark.ci)
             for each in (
                 ("gcc", "-std=c11"),
                 ("g++", "-std=c++17"),
@@ -38,7 +38,7 @@ pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 )
 def test_a_c_program_integrates_loops_without_python(tmp_path, compiler, standard):
     if compiler and not shutil.which(compiler):
-        pytest.skip(f"needs {compiler}")
+        skip(f"needs {compiler}")
     command = [compiler] if compiler else CC
     program = compiled(
         command, SUPPORT / "c_program.c", tmp_path, *WARNINGS, "-fPIC", standard=standard
@@ -89,7 +89,7 @@ def test_readme_programs_run(tmp_path):
 # -- labels ----------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def inside(tmp_path_factory):
     """The core with everything seen from outside, and how to call it."""
     library = compiled(
@@ -123,7 +123,7 @@ def test_a_label_is_found_from_label_and_load_together(inside, count, seed, soft
     found = lib.hs_label_at(
         (*kept, ffi.NULL, count, ffi.NULL), label + compliance * load, guess, 1.0, compliance
     )
-    assert found == pytest.approx(label, rel=16 * EPS)
+    assert found == approx(label, rel=16 * EPS)
 
 
 @given(
@@ -153,21 +153,19 @@ def test_a_label_is_found_between_knots(inside, count, seed, softness, part, rig
     total = rigid * label + compliance * (load[piece] + x * (stiffness[piece] + 0.5 * bend * x))
     kept = [ffi.from_buffer("double[]", each) for each in (gap, stiffness, load)]
     found = lib.hs_label_at((*kept, count + 1, ffi.NULL), total, 0.0, rigid, compliance)
-    assert found == pytest.approx(label, rel=256 * EPS)
+    assert found == approx(label, rel=256 * EPS)
 
 
 @given(st.floats(min_value=1e-300, max_value=1e300))
 def test_the_cube_root_agrees_with_libm(inside, x):
-    assert inside[1].hs_cube_root(x) == pytest.approx(np.cbrt(x), rel=2 * EPS)
+    assert inside[1].hs_cube_root(x) == approx(np.cbrt(x), rel=2 * EPS)
 
 
 # -- random histories ------------------------------------------------------------------------------
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize(
-    ("histories", "steps"), [("random_histories.c", 200), ("planar_histories.c", 40)]
-)
+@mark.ci
+@mark.parametrize("histories, steps", [("random_histories.c", 200), ("planar_histories.c", 40)])
 def test_sanitizers_find_nothing_in_random_histories(tmp_path, histories, steps):
     program = compiled(CC, SUPPORT / histories, tmp_path, *SANITIZED)
     assert len(walked(program, 0, 12, steps)) == 12
@@ -176,17 +174,17 @@ def test_sanitizers_find_nothing_in_random_histories(tmp_path, histories, steps)
 def histories_of(name, folder, histories):
     compiler, _, runner = same_bits.builds()[name]
     if not same_bits.is_there(compiler, runner):
-        pytest.skip(f"needs {' and '.join([compiler[0], *runner])}")
+        skip(f"needs {' and '.join([compiler[0], *runner])}")
     return same_bits.digests(name, histories, folder, steps=300)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def plain_histories(tmp_path_factory):
     """What random histories print that were compiled without any optimisation."""
     return histories_of("gcc -O0", tmp_path_factory.mktemp("plain"), HISTORIES)
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("name", list(same_bits.builds())[1:])
+@mark.ci
+@mark.parametrize("name", list(same_bits.builds())[1:])
 def test_other_compilers_and_processors_give_the_same_bits(tmp_path, name, plain_histories):
     assert same_bits.differing(plain_histories, histories_of(name, tmp_path, HISTORIES))[0] == []

@@ -1,7 +1,8 @@
 """Sums over many asperities by clusters, compared with direct sums in extended precision."""
 
 import numpy as np
-import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.basics.library import lib
@@ -30,7 +31,7 @@ def powers(gap, approach, exponent):
     )
 
 
-@pytest.mark.parametrize("name", GAPS)
+@mark.parametrize("name", GAPS)
 def test_loads_are_those_of_direct_sums(name):
     height = -GAPS[name]
     gap = height.max() - height
@@ -43,14 +44,14 @@ def test_loads_are_those_of_direct_sums(name):
         slope = float(2 * PAIR.contact_modulus * powers(gap, approach, 0.5))
         area = float(np.pi * np.sum(RADIUS * np.maximum(approach - gap, 0.0)))
         # the gaps that the core computes are rounded as a height is
-        assert state.normal_load == pytest.approx(load, rel=1e-13)
-        assert state.normal_stiffness == pytest.approx(slope, rel=1e-12)
-        assert lib.hs_approach_at(contact, state.normal_load) == pytest.approx(approach, rel=1e-13)
+        assert state.normal_load == approx(load, rel=1e-13)
+        assert state.normal_stiffness == approx(slope, rel=1e-12)
+        assert lib.hs_approach_at(contact, state.normal_load) == approx(approach, rel=1e-13)
         totals = hs.replay(ensemble, [hs.NormalDisplacement(0.0, approach)], record="totals")
-        assert float(totals.real_contact_area[-1]) == pytest.approx(area, rel=1e-12)
+        assert float(totals.real_contact_area[-1]) == approx(area, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", GAPS)
+@mark.parametrize("name", GAPS)
 def test_stored_energies_are_those_of_direct_sums(name):
     """θ μ² [Q(d) - Q(f) - (d - f) P(f)] after a first displacement: Q = ∫P da, and f is the label of the slip front."""
     ensemble = hs.Ensemble(PAIR, -GAPS[name], RADIUS, 0.2)
@@ -66,11 +67,11 @@ def test_stored_energies_are_those_of_direct_sums(name):
             * PAIR.contact_modulus
             * (0.4 * integrals - slipped * TOP * powers(gap, front, 1.5))
         )
-        assert state.stored_energy == pytest.approx(theta * 0.2**2 * float(energy), rel=1e-11)
+        assert state.stored_energy == approx(theta * 0.2**2 * float(energy), rel=1e-11)
         tangential = (
             0.2 * 4 / 3 * PAIR.contact_modulus * (powers(gap, TOP, 1.5) - powers(gap, front, 1.5))
         )
-        assert state.tangential_load == pytest.approx(float(tangential), rel=1e-12)
+        assert state.tangential_load == approx(float(tangential), rel=1e-12)
 
 
 def test_groups_with_and_without_clusters_sum_up():
@@ -89,7 +90,7 @@ def test_groups_with_and_without_clusters_sum_up():
         / 3
         * PAIR.contact_modulus
     )
-    assert state.tangential_load == pytest.approx(float(limit), rel=1e-12)
+    assert state.tangential_load == approx(float(limit), rel=1e-12)
 
 
 def test_summits_that_wear_have_clusters_of_their_present_shape():
@@ -108,7 +109,7 @@ def test_summits_that_wear_have_clusters_of_their_present_shape():
         * PAIR.contact_modulus
         * np.sum(np.sqrt(worn.summit_radius.astype(np.longdouble)) * depth**1.5)
     )
-    assert state.normal_load == pytest.approx(float(load), rel=1e-12)
+    assert state.normal_load == approx(float(load), rel=1e-12)
 
 
 def strokes(seed, count=40):
@@ -128,8 +129,8 @@ def strokes(seed, count=40):
     return events
 
 
-@pytest.mark.parametrize("own", [False, True])
-@pytest.mark.parametrize("name", GAPS)
+@mark.parametrize("own", [False, True])
+@mark.parametrize("name", GAPS)
 def test_energies_of_asperities_are_those_of_few(name, own):
     """Energies of few asperities are added to each, those of many to proxies of clusters."""
     friction = RANDOM.uniform(0.05, 0.5, COUNT) if own else np.full(COUNT, 0.2)
@@ -144,9 +145,9 @@ def test_energies_of_asperities_are_those_of_few(name, own):
     found = every.dissipated_energy.values
     assert np.abs(found[:, chosen] - wanted).max() < 1e-13 * wanted.max()
     total = every.total_dissipated_energy.values
-    np.testing.assert_allclose(found.sum(axis=1), total, rtol=1e-12, atol=1e-12 * total[-1])
+    assert_allclose(found.sum(axis=1), total, rtol=1e-12, atol=1e-12 * total[-1])
     some = hs.replay(ensemble, events, record=np.unique(chosen).tolist(), hold=True)
-    np.testing.assert_array_equal(some.dissipated_energy, found[:, np.unique(chosen)])
+    assert_array_equal(some.dissipated_energy, found[:, np.unique(chosen)])
 
 
 def test_energies_of_clusters_do_not_depend_on_reading():
@@ -183,10 +184,10 @@ def test_a_fall_of_friction_and_a_turn_take_over_the_energies_of_clusters():
     turned = [*planar, hs.TangentialDisplacement(13.0, (planar[-1].value[0], 1e-12))]
     rows = hs.replay(hs.Ensemble(PAIR, height, RADIUS, 0.2), turned, record="all", hold=True)
     energies = rows.dissipated_energy.values
-    np.testing.assert_allclose(energies[-1], energies[-2], rtol=1e-3, atol=1e-6 * energies.max())
+    assert_allclose(energies[-1], energies[-2], rtol=1e-3, atol=1e-6 * energies.max())
 
 
-@pytest.mark.parametrize("name", GAPS)
+@mark.parametrize("name", GAPS)
 def test_energies_of_ramps_are_those_of_half_as_many(name):
     """Two equal halves under twice the loads, of which one half has no clusters."""
     some = slice(0, 16_000)
@@ -219,5 +220,5 @@ def test_energies_of_ramps_are_those_of_half_as_many(name):
     for side in (energy[:, :16_000], energy[:, 16_000:]):
         assert np.abs(side - wanted.dissipated_energy.values).max() < 1e-9 * largest
     total = found.total_dissipated_energy.values
-    np.testing.assert_allclose(energy.sum(axis=1), total, rtol=1e-11, atol=1e-11 * total[-1])
-    np.testing.assert_allclose(total, 2.0 * wanted.total_dissipated_energy, rtol=1e-9)
+    assert_allclose(energy.sum(axis=1), total, rtol=1e-11, atol=1e-11 * total[-1])
+    assert_allclose(total, 2.0 * wanted.total_dissipated_energy, rtol=1e-9)

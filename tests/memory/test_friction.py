@@ -4,10 +4,10 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from golden import check_messages
 from pairs import UNIT
 from polylines import Polylines
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.basics import limits
@@ -53,17 +53,15 @@ def rise_of_pressure(stiffness, touch, low, high, place):
     )
 
 
-@pytest.mark.parametrize(
-    ("load", "stiffness", "touch"),
+@mark.parametrize(
+    "load, stiffness, touch",
     [
         (lambda a: 4 / 3 * a**1.5 * (1 + 1e-5 * a), lambda a: 2 * a**0.5, lambda s: (s / 2) ** 2),
         (lambda a: a**2, lambda a: 2 * a, lambda s: s / 2),
         (lambda a: a**1.25, lambda a: 1.25 * a**0.25, lambda s: (s / 1.25) ** 4),
     ],
 )
-@pytest.mark.parametrize(
-    ("turns", "factor", "ratio"), [(fall[0], fall[1], fall[-1]) for fall in FALLS[2:]]
-)
+@mark.parametrize("turns, factor, ratio", [(fall[0], fall[1], fall[-1]) for fall in FALLS[2:]])
 def test_round_contacts_of_a_normal_curve_have_the_same_ratio(
     turns, factor, ratio, load, stiffness, touch
 ):
@@ -78,8 +76,8 @@ def test_round_contacts_of_a_normal_curve_have_the_same_ratio(
     events += [hs.FrictionChange(9.0, factor * FRICTION)]
     history = hs.replay(table, events, record="totals")
     told = float(history.largest_traction_ratio[-1])
-    if load(1.0) == pytest.approx(4 / 3, rel=1e-4):
-        assert told == pytest.approx(ratio, rel=3e-3)
+    if load(1.0) == approx(4 / 3, rel=1e-4):
+        assert told == approx(ratio, rel=3e-3)
     state = table.advance(state, tangential_displacement=state.tangential_displacement)
     vertices = table.advance(state, friction=factor * FRICTION).vertices()
     ends, largest = vertices["label"] * state.memory.line.contact.units.length, 0.0
@@ -92,7 +90,7 @@ def test_round_contacts_of_a_normal_curve_have_the_same_ratio(
         )
         here = abs(vertices["slope"][1:] @ rises) / (factor * FRICTION * rises.sum())
         largest = max(largest, here)
-    assert told == pytest.approx(largest, rel=2e-3)
+    assert told == approx(largest, rel=2e-3)
 
 
 def test_the_middle_of_a_punch_has_the_ratio_of_its_loads():
@@ -102,7 +100,7 @@ def test_the_middle_of_a_punch_has_the_ratio_of_its_loads():
     events = [hs.NormalLoad(0.0, 1.8), hs.TangentialLoad(1.0, 0.8), hs.TangentialLoad(2.0, 0.2)]
     events += [hs.TangentialDisplacement(3.0, 0.1), hs.FrictionChange(4.0, 0.2)]
     history = hs.replay(table, events)
-    assert history.largest_traction_ratio.values == pytest.approx(1.0)
+    assert history.largest_traction_ratio.values == approx(1.0)
     assert "traction" not in dict(analysis.summary(history))
     curve = np.linspace(0.0, 1.0, 40)[1:]
     round_one = hs.Patches.from_normal_curves(UNIT, curve, curve**2, friction=FRICTION)
@@ -119,14 +117,14 @@ def test_without_a_change_of_friction_no_ratio_is_recorded():
     assert "largest_traction_ratio" not in hs.replay(SPHERE, [hs.NormalLoad(0.0, 1.0)])
 
 
-@pytest.mark.parametrize(("turns", "factor"), [(fall[0], fall[1]) for fall in FALLS[1:3]])
-@pytest.mark.parametrize("direction", [1, -1])
+@mark.parametrize("turns, factor", [(fall[0], fall[1]) for fall in FALLS[1:3]])
+@mark.parametrize("direction", [1, -1])
 def test_stiffness_is_the_slope_on_the_requested_side(turns, factor, direction):
     for state in (turned(turns), fallen(turns, factor)):
         step = 1e-7 * direction
         moved = SPHERE.advance(state, tangential_displacement=state.tangential_displacement + step)
         slope = (moved.tangential_load - state.tangential_load) / step
-        assert state.stiffness(direction) == pytest.approx(slope, rel=1e-5)
+        assert state.stiffness(direction) == approx(slope, rel=1e-5)
 
 
 def test_a_disc_that_slides_inside_is_partial_slip_and_takes_no_part_in_the_stiffness():
@@ -148,10 +146,10 @@ def test_a_disc_that_slides_inside_is_partial_slip_and_takes_no_part_in_the_stif
     moved = SPHERE.advance(state, tangential_displacement=state.tangential_displacement + 1e-8)
     slope = (moved.tangential_load - state.tangential_load) / 1e-8
     assert slope < 1.5
-    assert row.tangential_stiffness == pytest.approx(slope, rel=1e-5)
-    assert state.stiffness(1) == pytest.approx(slope, rel=1e-5)
+    assert row.tangential_stiffness == approx(slope, rel=1e-5)
+    assert state.stiffness(1) == approx(slope, rel=1e-5)
     # 8 G* a
-    assert state.stiffness(-1) == pytest.approx(2.0, rel=1e-12)
+    assert state.stiffness(-1) == approx(2.0, rel=1e-12)
 
 
 def test_a_jump_of_friction_under_a_load_equals_many_small_falls():
@@ -167,30 +165,28 @@ def test_a_jump_of_friction_under_a_load_equals_many_small_falls():
         oracle.to(("displacement", 1.0), ("load", turn * limit), steps=1)
     lost = oracle.dissipated
     oracle.change_friction([factor] * friction.size, steps=200)
-    assert jumped.tangential_load == pytest.approx(start.tangential_load, abs=1e-14)
-    assert jumped.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-5)
+    assert jumped.tangential_load == approx(start.tangential_load, abs=1e-14)
+    assert jumped.tangential_displacement == approx(oracle.displacement, abs=1e-5)
     spent = jumped.dissipated_energy - start.dissipated_energy
-    assert spent == pytest.approx(oracle.dissipated - lost, rel=1e-4)
+    assert spent == approx(oracle.dissipated - lost, rel=1e-4)
     work = start.tangential_load * (jumped.tangential_displacement - start.tangential_displacement)
-    assert work == pytest.approx(
-        spent + jumped.stored_energy - start.stored_energy, abs=1e-10 * spent
-    )
+    assert work == approx(spent + jumped.stored_energy - start.stored_energy, abs=1e-10 * spent)
     shares = sum(ensemble.asperity(i, jumped).dissipated_energy for i in range(friction.size))
-    assert shares == pytest.approx(jumped.dissipated_energy, rel=1e-12)
+    assert shares == approx(jumped.dissipated_energy, rel=1e-12)
 
 
 def test_where_friction_no_longer_holds_a_load_the_contact_slides_from_where_it_fails():
     start = turned((0.6,))
     held = SPHERE.advance(start, friction=0.5 * FRICTION, saturate=True)
     # everything slides once μN is T, as in virgin loading to the limit
-    assert held.tangential_displacement == pytest.approx(0.6 * FRICTION, rel=1e-9)
-    assert held.tangential_load == pytest.approx(0.5 * LIMIT)
+    assert held.tangential_displacement == approx(0.6 * FRICTION, rel=1e-9)
+    assert held.tangential_load == approx(0.5 * LIMIT)
     again = SPHERE.advance(held, friction=FRICTION, saturate=True)
-    assert again.tangential_load == pytest.approx(0.6 * LIMIT)
+    assert again.tangential_load == approx(0.6 * LIMIT)
 
 
-@pytest.mark.parametrize("motion", [1.0, 1e-3, 1e-5])
-@pytest.mark.parametrize("law", [limits.MOST_FRICTION, hs.laws.ShearStrength(1e30)])
+@mark.parametrize("motion", [1.0, 1e-3, 1e-5])
+@mark.parametrize("law", [limits.MOST_FRICTION, hs.laws.ShearStrength(1e30)])
 def test_the_largest_coefficient_is_full_stick(motion, law):
     # T = 8 G* a U of a contact that does not slip; the slip zone, U/(μδ) wide, takes a quarter of that share off
     ensemble = hs.Ensemble(UNIT, 0.0, 1.0, law)
@@ -198,8 +194,8 @@ def test_the_largest_coefficient_is_full_stick(motion, law):
     displacement = motion * state.approach
     stick = 8 * 0.25 * math.sqrt(state.approach) * displacement
     state = ensemble.advance(state, tangential_displacement=displacement)
-    assert state.tangential_load == pytest.approx(stick, rel=3e-5 * motion + 1e-6)
-    assert ensemble.advance(state, tangential_displacement=0.0).tangential_load == pytest.approx(
+    assert state.tangential_load == approx(stick, rel=3e-5 * motion + 1e-6)
+    assert ensemble.advance(state, tangential_displacement=0.0).tangential_load == approx(
         0.0, abs=stick * (1e-4 * motion + 1e-6)
     )
 
@@ -219,7 +215,7 @@ def test_larger_coefficients_are_refused_wherever_they_are_given():
         lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.2, large]),
         lambda: ensemble.advance(state, friction=large),
     ):
-        with pytest.raises(hs.InputError, match="10000 at most"):
+        with raises(hs.InputError, match="10000 at most"):
             give()
 
 

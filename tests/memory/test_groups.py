@@ -1,8 +1,9 @@
 """All groups on one path: each moves as it does alone, loses what it loses alone, and they share one displacement."""
 
 import numpy as np
-import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from pairs import UNIT as PAIR
+from pytest import mark, raises
 
 import historysim as hs
 from historysim.basics.library import ffi, lib
@@ -25,7 +26,7 @@ def move(memory, *goals):
     )
 
 
-@pytest.mark.parametrize("seed", [0])
+@mark.parametrize("seed", [0])
 def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     """Groups of one asperity are moved by a shorter update than a group that is alone, which has the general one."""
     random = np.random.default_rng(seed)
@@ -59,11 +60,11 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     lost = np.array([one.line.dissipated_each[0] for one in alone])
     assert np.count_nonzero(lost) >= 19
     # energies are worked out several at a time, by a reciprocal in place of a quotient
-    np.testing.assert_allclose(view(line.dissipated_each, 20), lost, rtol=1e-13)
+    assert_allclose(view(line.dissipated_each, 20), lost, rtol=1e-13)
 
 
-@pytest.mark.parametrize("stiffness", [np.inf, 1.0])
-@pytest.mark.parametrize("shared", [0.0, 0.3])
+@mark.parametrize("stiffness", [np.inf, 1.0])
+@mark.parametrize("shared", [0.0, 0.3])
 def test_replaying_a_computed_displacement_gives_the_load(shared, stiffness):
     """A path to a displacement asks for no search, and so for no fronts."""
     rng = np.random.default_rng(7)
@@ -111,7 +112,7 @@ def own_events(seed, count=60):
     return events
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@mark.parametrize("seed", [0, 1])
 def test_own_coefficients_at_constant_approach_are_those_of_each_alone(seed):
     """At a constant approach the contact is one group of friction 1, as each alone is not."""
     events = own_events(seed)
@@ -128,13 +129,13 @@ def test_own_coefficients_at_constant_approach_are_those_of_each_alone(seed):
     for name in ("tangential_load", "stick_radius", "dissipated_energy", "normal_load"):
         wanted = np.stack([each[name].values[:, 0] for each in alone], axis=1)
         assert np.abs(found[name].values - wanted).max() < 1e-12 * np.abs(wanted).max(), name
-    np.testing.assert_array_equal(
+    assert_array_equal(
         found.slip_state, np.stack([each.slip_state.values[:, 0] for each in alone], axis=1)
     )
     total = sum(each.total_tangential_load.values for each in alone)
     assert np.abs(found.total_tangential_load.values - total).max() < 1e-13 * np.abs(total).max()
     slid = np.array([each.slide_time.values[0] for each in alone])
-    np.testing.assert_allclose(found.slide_time, slid, rtol=1e-9)
+    assert_allclose(found.slide_time, slid, rtol=1e-9)
 
 
 def lowered(events, gap):
@@ -146,7 +147,7 @@ def lowered(events, gap):
     ]
 
 
-@pytest.mark.filterwarnings("ignore:the stepper went back")
+@mark.filterwarnings("ignore:the stepper went back")
 def test_a_scaled_contact_has_the_same_bits_however_it_is_read():
     """Recorded variables, readings, copies and bytes on the way change no bit later, nor does a refused step."""
     events = own_events(2, 30)
@@ -156,7 +157,7 @@ def test_a_scaled_contact_has_the_same_bits_however_it_is_read():
     for event in events:
         name = "normal" if isinstance(event, hs.NormalDisplacement) else "tangential"
         goal = {f"{name}_displacement": event.value}
-        with pytest.raises(hs.FrictionLimitError):
+        with raises(hs.FrictionLimitError):
             stepper.step(normal_load=1e-3, tangential_load=2e-3)
         stepper.step(**goal)
         state = OWN.advance(hs.State.from_bytes(state.to_bytes(), OWN.initial_state()), **goal)
@@ -167,7 +168,7 @@ def test_a_scaled_contact_has_the_same_bits_however_it_is_read():
     assert whole.memory.line.scaled
 
 
-@pytest.mark.parametrize("change", ["friction", "plane", "geometry"])
+@mark.parametrize("change", ["friction", "plane", "geometry"])
 def test_a_scaled_contact_goes_on_as_its_groups(change):
     """A change that needs the groups gives what it gives without a scaled contact, to rounding."""
     ends = []
@@ -193,4 +194,4 @@ def test_a_scaled_contact_goes_on_as_its_groups(change):
             fresh = hs.GeometryChange(2.5, summit_height=-1e-8, asperities=(4,))
             state = hs.Replay(evolving, [*events, fresh, later], hold=False).state()
         ends.append(np.append(state.tangential_load, state.stored_energy / state.normal_load))
-    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-11)
+    assert_allclose(ends[0], ends[1], rtol=1e-11)

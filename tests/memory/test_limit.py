@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pairs import UNIT
 from polylines import TIE, Polylines
+from pytest import approx, mark, raises
 
 import historysim as hs
 
@@ -48,10 +48,10 @@ def assert_sound(history):
     """T = Σ T_i, |T| ≤ limit, and whether it is held, on every row."""
     total, limit = history.total_tangential_load.values, history.friction_limit.values
     peak = max(limit.max(), 1e-300)
-    assert history.tangential_load.values.sum(axis=1) == pytest.approx(total, abs=1e-12 * peak)
+    assert history.tangential_load.values.sum(axis=1) == approx(total, abs=1e-12 * peak)
     assert np.all(np.abs(total) <= limit * (1 + 1e-12))
     held = history.saturated.values == 1
-    assert np.abs(total[held]) == pytest.approx(limit[held], rel=1e-12)
+    assert np.abs(total[held]) == approx(limit[held], rel=1e-12)
     assert np.all(np.diff(history.total_dissipated_energy.values) >= 0)
 
 
@@ -65,7 +65,7 @@ def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
     ensemble, oracle = hs.Ensemble(UNIT, heights, 1.0, friction), Polylines(heights, 1.0, friction)
     first, last = (0.99 * oracle.limit_at(oracle.approach_at(load)) for load in (0.6, 6.0))
     targets = [(0.6, 0.0), (0.6, first), (6.0, last)]
-    with pytest.raises(hs.LoadError, match=r"event 5 at t = 2 s: .*beyond the friction limit"):
+    with raises(hs.LoadError, match=r"event 5 at t = 2 s: .*beyond the friction limit"):
         hs.replay(ensemble, ramps(targets))
     history = hs.replay(ensemble, ramps(targets), saturate=True, substeps=20, record="all")
     held = history.saturated.values
@@ -77,9 +77,9 @@ def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
 # -- sliding along the limit
 
 
-@pytest.mark.parametrize("friction", [[0.4], [0.4, 0.4], [0.4, 0.4 + 1e-12]])
-@pytest.mark.parametrize("share", [1.0, 2.0, 1.0 - 1e-15])
-@pytest.mark.parametrize("substeps", [1, 10])
+@mark.parametrize("friction", [[0.4], [0.4, 0.4], [0.4, 0.4 + 1e-12]])
+@mark.parametrize("share", [1.0, 2.0, 1.0 - 1e-15])
+@mark.parametrize("substeps", [1, 10])
 def test_with_the_approach_falling_while_everything_slides_the_displacement_stays(
     friction, share, substeps
 ):
@@ -94,13 +94,13 @@ def test_with_the_approach_falling_while_everything_slides_the_displacement_stay
         hs.replay(ensemble, events_of(moves), saturate=True, substeps=substeps, record="all"),
         substeps,
     )
-    assert history.tangential_displacement.values[:3] == pytest.approx([0.0, 0.5, 0.5], abs=1e-12)
+    assert history.tangential_displacement.values[:3] == approx([0.0, 0.5, 0.5], abs=1e-12)
     assert history.saturated.values.tolist() == [0, 0, 1, 0, 0]
     # all springs slide with V fixed, while their limits fall: the stored energy of d = 1 less that
     # of d = 0.2
     spent = history.total_dissipated_energy.values
-    assert spent[2] - spent[1] == pytest.approx(count * 0.4**2 * 8 / 15 * (1 - 0.2**2.5), rel=1e-9)
-    assert spent[-1] == pytest.approx(count * 0.17991449, rel=1e-7)
+    assert spent[2] - spent[1] == approx(count * 0.4**2 * 8 / 15 * (1 - 0.2**2.5), rel=1e-9)
+    assert spent[-1] == approx(count * 0.17991449, rel=1e-7)
     assert_sound(history)
 
 
@@ -110,10 +110,10 @@ def test_a_rising_normal_load_carries_a_held_load_until_friction_holds_it():
     history = hs.replay(ensemble, ramps(targets), saturate=True)
     approach = lambda load: (0.75 * load) ** (2 / 3)  # noqa: E731
     # virgin at every moment: sliding until μN = 1, then N rises at constant T
-    assert history.tangential_displacement.values[1:3] == pytest.approx(
+    assert history.tangential_displacement.values[1:3] == approx(
         [0.4 * approach(1.0), 0.4 * approach(2.5)]
     )
-    assert history.total_tangential_load.values == pytest.approx([0.0, 0.4, 1.0, 0.8])
+    assert history.total_tangential_load.values == approx([0.0, 0.4, 1.0, 0.8])
     assert history.saturated.values.tolist() == [0, 1, 0, 1]
 
 
@@ -138,7 +138,7 @@ def test_a_request_beyond_the_limit_stays_in_force():
         "total_dissipated_energy",
         "saturated",
     ):
-        assert common[name].values == pytest.approx(once[name].values, rel=1e-6), name
+        assert common[name].values == approx(once[name].values, rel=1e-6), name
 
 
 # -- histories that reach the limit often
@@ -199,9 +199,9 @@ def test_histories_at_the_limit_agree_with_the_oracle(drawn):
         oracle.to(normal, tangential, steps=60)
         row = once.isel(step=step)
         reach = max(0.6, abs(oracle.displacement))
-        assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=0.03 * reach)
-        assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=0.01)
-        assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, abs=5e-3)
+        assert row.tangential_displacement == approx(oracle.displacement, abs=0.03 * reach)
+        assert row.total_tangential_load == approx(oracle.tangential_load, abs=0.01)
+        assert row.total_dissipated_energy == approx(oracle.dissipated, abs=5e-3)
 
 
 @settings(max_examples=10, deadline=None)
@@ -224,7 +224,7 @@ def test_substeps_states_between_events_and_logs_agree_at_the_limit(
     wanted = np.array([moves[step][1][1] for step in driven])
     reached = once.tangential_displacement.values + once.total_tangential_load.values / stiffness
     # the drive is the displacement and the bend of the spring, to the rounding of either
-    assert reached[driven] == pytest.approx(
+    assert reached[driven] == approx(
         wanted, abs=1e-12 * max(1.0, np.abs(reached).max(), 1 / stiffness)
     )
 

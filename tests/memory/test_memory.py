@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-import pytest
 from histories import DrivenRow, build_ensemble, contacts, follow, histories, random_contact
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pairs import GLASS
 from pairs import UNIT as UNIT_PAIR
+from pytest import approx, mark, param
 
 import historysim as hs
 from historysim.contact import hertz, mindlin
@@ -136,7 +136,7 @@ def test_half_a_cycle_is_the_virgin_curve_scaled_by_two(contact, share, part):
     half = ramped(ensemble, (0.1, (1 - 2 * part) * share * limit), state=turn)
     fallen = turn.tangential_displacement - half.tangential_displacement
     # U is found to rounding of T over the stiffness that is left
-    assert fallen == pytest.approx(2 * rise.tangential_displacement, rel=1e-12)
+    assert fallen == approx(2 * rise.tangential_displacement, rel=1e-12)
 
 
 @given(contacts(groups=[1]), TURNS, st.floats(1.0, 3.0))
@@ -146,7 +146,7 @@ def test_a_rising_normal_load_changes_neither_displacement_nor_energy(contact, s
     after = ramped(ensemble, (rise * LOAD, shares[-1] * limit), state=before)
     # a load below the rounding of its limit moves the contact by rounding
     slide = units(contact, "displacements", LOAD)[1]
-    assert after.tangential_displacement == pytest.approx(
+    assert after.tangential_displacement == approx(
         before.tangential_displacement, rel=0.0, abs=EPS * slide
     )
     assert after.dissipated_energy == before.dissipated_energy
@@ -170,7 +170,7 @@ def test_nothing_is_dissipated_while_everything_sticks(contact, increments, cont
     ratio = increments[0][1] * friction
     first = advance(ensemble, "loads", (increments[0][0], ratio * increments[0][0]))
     expected = ratio * contact.compliance_ratio * first.approach
-    assert first.tangential_displacement == pytest.approx(expected, rel=32 * EPS, abs=1e-300)
+    assert first.tangential_displacement == approx(expected, rel=32 * EPS, abs=1e-300)
 
 
 ODD = {"tangential_load", "total_tangential_load", "tangential_displacement", "drive_displacement"}
@@ -187,7 +187,7 @@ def test_a_mirrored_history_is_mirrored_bit_for_bit_and_energies_add_up(drawn):
     assert np.all(np.diff(energies, axis=0) >= 0)
     assert np.all(np.diff(total) >= 0)
     # a rounding per addition
-    assert energies.sum(axis=1) == pytest.approx(total, rel=1e-11, abs=1e-18)
+    assert energies.sum(axis=1) == approx(total, rel=1e-11, abs=1e-18)
 
 
 @given(histories())
@@ -197,17 +197,17 @@ def test_holding_and_saving_a_state_change_nothing(drawn):
         saved = hs.State.from_bytes(state.to_bytes())
         held = ensemble.advance(ensemble.advance(saved))
         assert held.approach == state.approach
-        assert held.tangential_displacement == pytest.approx(
+        assert held.tangential_displacement == approx(
             state.tangential_displacement, abs=1e-14 * drawn.slide
         )
-        assert held.tangential_load == pytest.approx(
+        assert held.tangential_load == approx(
             state.tangential_load, rel=1e-14, abs=1e-15 * drawn.limit
         )
-        assert held.dissipated_energy == pytest.approx(state.dissipated_energy, rel=1e-12)
+        assert held.dissipated_energy == approx(state.dissipated_energy, rel=1e-12)
         for before, after in zip(
             ensemble.asperities(state), ensemble.asperities(held), strict=True
         ):
-            assert after.stick_radius == pytest.approx(
+            assert after.stick_radius == approx(
                 before.stick_radius, abs=1e-6 * before.contact_radius
             )
 
@@ -264,7 +264,7 @@ def test_units_change_results_by_rounding_only(drawn, exponents):
         lengths, forces = SCALED[name]
         expected = history[name].values * 2.0 ** (lengths * length + forces * force)
         largest = np.nanmax(np.abs(expected), initial=0.0)
-        assert other[name].values == pytest.approx(
+        assert other[name].values == approx(
             expected, rel=1e-13, abs=1e-13 * largest, nan_ok=True
         ), name
 
@@ -287,7 +287,7 @@ def ball_at(*shares):
     return state, BALL.asperity(0, state)
 
 
-@pytest.mark.parametrize("share", [1e-6, 1e-4, 1e-2, 0.3, 0.9, 1.0])
+@mark.parametrize("share", [1e-6, 1e-4, 1e-2, 0.3, 0.9, 1.0])
 def test_a_closed_loop_costs_the_closed_form_energy(share):
     first, _ = ball_at(share)
     last = ramped(
@@ -295,7 +295,7 @@ def test_a_closed_loop_costs_the_closed_form_energy(share):
     )
     loop = mindlin.dissipated_energy_per_loop(share * BALL_LIMIT, **ELASTIC)
     # the width of the slip annulus, whose cube counts, is known to a rounding of the radius
-    assert last.dissipated_energy - first.dissipated_energy == pytest.approx(
+    assert last.dissipated_energy - first.dissipated_energy == approx(
         loop, rel=1e-12 + 16 * EPS / share
     )
     assert BALL.asperity(0, last).dissipated_energy == last.dissipated_energy
@@ -353,16 +353,16 @@ def assert_agrees_with_springs(drawn, springs, substeps, radii=True, loss=3):
     if radii:
         assert np.all(np.abs(history.stick_radius.values - stick) <= 1.5 * row.spacing + doubt[3])
     assert np.all(np.abs(found) <= friction * history.normal_load.values * (1 + 4 * EPS))
-    assert found.sum(axis=1) == pytest.approx(total, abs=1e-13 * limit)
+    assert found.sum(axis=1) == approx(total, abs=1e-13 * limit)
     *_, last = drawn.states()
-    assert last.stored_energy == pytest.approx(
+    assert last.stored_energy == approx(
         row.elastic_energy.sum(), abs=3 * grid * limit * slide + doubt[0] * slide
     )
     rounding = 32 * EPS * np.abs(history.tangential_displacement.values).max(initial=slide)
     rounding = rounding * (1 + 4 * limit / slide / drawn.stiffness)
     if math.isfinite(drawn.stiffness) and drawn.moves[-1].tangential_kind == "displacement":
         drive = history.drive_displacement.values[-1]
-        assert drive == pytest.approx(drawn.moves[-1].tangential_value, abs=rounding)
+        assert drive == approx(drawn.moves[-1].tangential_value, abs=rounding)
 
 
 @settings(max_examples=12)
@@ -385,7 +385,7 @@ def test_extreme_histories_agree_with_rows_of_springs(drawn):
     assert_agrees_with_springs(drawn, springs=200, substeps=30, radii=False, loss=15)
 
 
-@pytest.mark.slow
+@mark.slow
 @settings(max_examples=400)
 @given(histories(counts=(1, 3, 8, 50), longest=14))
 def test_many_histories_agree_with_rows_of_springs(drawn):
@@ -412,15 +412,15 @@ def test_a_fall_of_friction_at_fixed_displacement_clips_the_virgin_state():
         normal_load=LOAD,
     )
     assert fallen.tangential_displacement == held.tangential_displacement
-    assert fallen.tangential_load == pytest.approx(clipped.tangential_load, rel=8 * EPS)
-    assert SPHERE.asperity(0, fallen).stick_radius == pytest.approx(
+    assert fallen.tangential_load == approx(clipped.tangential_load, rel=8 * EPS)
+    assert SPHERE.asperity(0, fallen).stick_radius == approx(
         fresh.asperity(0, clipped).stick_radius, rel=1e-13
     )
     lost = held.stored_energy - fallen.stored_energy
-    assert fallen.dissipated_energy - held.dissipated_energy == pytest.approx(lost, rel=1e-9)
+    assert fallen.dissipated_energy - held.dissipated_energy == approx(lost, rel=1e-9)
 
 
-@pytest.mark.parametrize("factor", [0.999999, 0.998, 0.9, 0.6, 0.31])
+@mark.parametrize("factor", [0.999999, 0.998, 0.9, 0.6, 0.31])
 def test_sliding_continues_when_friction_falls(factor):
     rng = np.random.default_rng(4)
     for friction, approach in zip(
@@ -430,9 +430,7 @@ def test_sliding_continues_when_friction_falls(factor):
         sliding = displaced(sphere, (approach, 0.0), (approach, 1.5 * approach))
         fallen = sphere.advance(sliding, friction=factor * friction)
         ball = sphere.asperity(0, fallen)
-        assert ball.tangential_load == pytest.approx(
-            factor * friction * ball.normal_load, rel=4 * EPS
-        )
+        assert ball.tangential_load == approx(factor * friction * ball.normal_load, rel=4 * EPS)
         assert ball.slip_state == hs.SlipState.GROSS_SLIP
         assert ball.stick_radius == 0
         assert ball.reversal_points.size == 0
@@ -461,8 +459,8 @@ def test_total_lift_off_erases_all_and_touching_again_starts_afresh(contact):
     for approach, shift in ((0.03, 0.002), (0.03, 0.008), (0.025, -0.001)):
         again = displaced(ensemble, (approach, 0.025 + shift), state=again)
         fresh = displaced(ensemble, (approach, shift), state=fresh)
-        assert again.tangential_load == pytest.approx(fresh.tangential_load, rel=1e-12)
-        assert again.dissipated_energy - used.dissipated_energy == pytest.approx(
+        assert again.tangential_load == approx(fresh.tangential_load, rel=1e-12)
+        assert again.dissipated_energy - used.dissipated_energy == approx(
             fresh.dissipated_energy, rel=1e-11
         )
 
@@ -501,10 +499,8 @@ def assert_closes(history):
     assert np.all(np.diff(history.total_dissipated_energy.values) >= 0)
 
 
-@pytest.mark.parametrize("by_load", [False, True])
-@pytest.mark.parametrize(
-    ("count", "turns"), [(1, 3000), (20, 3000), pytest.param(1, 100_000, marks=pytest.mark.slow)]
-)
+@mark.parametrize("by_load", [False, True])
+@mark.parametrize("count, turns", [(1, 3000), (20, 3000), param(1, 100_000, marks=mark.slow)])
 def test_all_loops_of_a_spiral_close_on_the_way_out(count, turns, by_load):
     contact = random_contact(np.random.default_rng(0), count)
     approach = contact.approach(0.02 * count)

@@ -3,17 +3,17 @@
 import subprocess
 
 import numpy as np
-import pytest
 from c_core import SUPPORT, WARNINGS, compiled, hatch_build
+from pytest import approx, fixture, mark
 
 import historysim as hs
 
 CC = hatch_build.compiler()
 LEAKS = ["-O0", "-g", "-fsanitize=address"]
-pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
+pytestmark = mark.skipif(not CC, reason="needs a C compiler")
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def grains(tmp_path_factory):
     return compiled(
         CC,
@@ -61,8 +61,8 @@ def test_a_material_is_tried_committed_and_reverted(tmp_path):
         numbers(program), (12e-3, 45e-3, -10e-3, 9e-3, -45e-3, 45e-3, 0.0), strict=True
     ):
         state = ensemble.advance(state, tangential_displacement=load / frame, instrument=instrument)
-        assert place == pytest.approx(state.tangential_displacement, rel=1e-9, abs=1e-18)
-        assert force == pytest.approx(state.tangential_load, rel=1e-9)
+        assert place == approx(state.tangential_displacement, rel=1e-9, abs=1e-18)
+        assert force == approx(state.tangential_load, rel=1e-9)
         # Newton's method with an exact tangent, and one step that is given up after four trials
         assert trials <= 12
     assert np.isfinite(force)

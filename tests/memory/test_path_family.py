@@ -9,9 +9,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import pytest
 from histories import random_contact, random_moves, to_events
 from pairs import UNIT as PAIR
+from pytest import mark, param
 
 import historysim as hs
 
@@ -21,7 +21,7 @@ TINY_TURN = 1e-9
 
 SEEDS = [
     *range(2),
-    *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 40)),
+    *(param(seed, marks=mark.slow) for seed in range(2, 40)),
 ]
 
 
@@ -148,9 +148,9 @@ def draw_case(name, situation, seed, *, joint=False, held=False):
     return Case(ensemble, events, options, limit, full_slip)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("situation", SITUATIONS)
-@pytest.mark.parametrize("name", KINDS)
+@mark.parametrize("seed", SEEDS)
+@mark.parametrize("situation", SITUATIONS)
+@mark.parametrize("name", KINDS)
 def test_results_do_not_depend_on_recorded_rows(name, situation, seed):
     case = draw_case(name, situation, seed)
     accuracy = KINDS[name].accuracy
@@ -162,8 +162,8 @@ def test_results_do_not_depend_on_recorded_rows(name, situation, seed):
         assert deviation.is_within(accuracy), (rows, deviation)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("situation", SITUATIONS)
+@mark.parametrize("seed", SEEDS)
+@mark.parametrize("situation", SITUATIONS)
 def test_a_tiny_turn_leaves_the_results_of_the_line(situation, seed):
     # along a line the drive of an instrument is met at the end of a path, in the plane at every
     # moment
@@ -177,9 +177,9 @@ def test_a_tiny_turn_leaves_the_results_of_the_line(situation, seed):
     assert deviation.is_within(PLANE), deviation
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("situation", SITUATIONS)
-@pytest.mark.parametrize("name", ["line", "tiny turn", "plane", "law"])
+@mark.parametrize("seed", SEEDS)
+@mark.parametrize("situation", SITUATIONS)
+@mark.parametrize("name", ["line", "tiny turn", "plane", "law"])
 def test_work_is_stored_or_dissipated(name, situation, seed):
     """Work by the trapezoidal rule over rows, with an error estimate from every second row."""
     case = draw_case(name, situation, seed)
@@ -212,8 +212,8 @@ def test_work_is_stored_or_dissipated(name, situation, seed):
     assert abs(imbalance) / unit <= energy + 3 * abs(work(1) - work(4)) / unit
 
 
-@pytest.mark.parametrize("normal_load", [1.0, 0.5, 1.5])
-@pytest.mark.parametrize("name", KINDS)
+@mark.parametrize("normal_load", [1.0, 0.5, 1.5])
+@mark.parametrize("name", KINDS)
 def test_results_are_continuous_where_a_request_passes_the_limit(name, normal_load):
     ensemble = hs.Ensemble(PAIR, 0.0, 1.0, **{"friction": FRICTION} | KINDS[name].options)
     load = LARGEST_LOAD / 2

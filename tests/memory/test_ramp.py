@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 import numpy as np
-import pytest
 import scipy.optimize
 from c_core import SUPPORT, WARNINGS, compiled
 from pairs import UNIT
+from pytest import approx, mark, param
 
 import historysim as hs
 
@@ -40,13 +40,13 @@ def dissipated(ensemble, state):
 #: all slides, of the energy over that of the ramp, and of energies of asperities over the largest
 #: one
 ONE_OR_SEVERAL = [
-    pytest.param([0.5], (1e-10, 1.5e-6, 2e-5), id="one"),
-    pytest.param([0.5, 0.6, 0.7], (2e-6, 1e-5, 4e-5), id="several"),
+    param([0.5], (1e-10, 1.5e-6, 2e-5), id="one"),
+    param([0.5, 0.6, 0.7], (2e-6, 1e-5, 4e-5), id="several"),
 ]
 
 
-@pytest.mark.parametrize(("frictions", "tolerated"), ONE_OR_SEVERAL)
-@pytest.mark.parametrize("seed", range(12))
+@mark.parametrize("frictions, tolerated", ONE_OR_SEVERAL)
+@mark.parametrize("seed", range(12))
 def test_one_ramp_dissipates_what_many_short_ones_do(seed, frictions, tolerated):
     """Each asperity's energy is that of hundreds of short ramps, whose chords hardly need a correction."""
     rng = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def test_one_ramp_dissipates_what_many_short_ones_do(seed, frictions, tolerated)
         else rng.uniform(-0.999, 0.999) * limit
     )
     whole = ensemble.advance(start, normal_load=normal, tangential_load=tangential)
-    assert dissipated(ensemble, whole).sum() == pytest.approx(
+    assert dissipated(ensemble, whole).sum() == approx(
         whole.dissipated_energy, rel=1e-12, abs=1e-18
     )
 
@@ -89,14 +89,14 @@ def test_one_ramp_dissipates_what_many_short_ones_do(seed, frictions, tolerated)
     moved = whole.tangential_displacement - state.tangential_displacement
     assert abs(moved) <= tolerated[0] * full_slip + 1e-12
     rounding = 1e-15 * (0.3 * 0.3 + whole.dissipated_energy)
-    assert energies.sum() == pytest.approx(extrapolated.sum(), rel=tolerated[1], abs=rounding)
+    assert energies.sum() == approx(extrapolated.sum(), rel=tolerated[1], abs=rounding)
     np.testing.assert_allclose(
         energies, extrapolated, rtol=0.0, atol=tolerated[2] * extrapolated.max() + rounding
     )
 
 
-@pytest.mark.parametrize(
-    ("load", "share"), [(1.1, 0.5), (0.9, 0.5), (0.5, 0.4), (1.5, 0.9), (2.0, 0.7), (0.7, 0.99)]
+@mark.parametrize(
+    "load, share", [(1.1, 0.5), (0.9, 0.5), (0.5, 0.4), (1.5, 0.9), (2.0, 0.7), (0.7, 0.99)]
 )
 def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     """E = T V - ΔT ∫ V ds - μ² [Q(d) - Q(f) - (d - f) P(f)], with the label f of the slip front: P(f) = N - T/μ."""
@@ -114,7 +114,7 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     ensemble = hs.Ensemble(UNIT, -gaps, radii, friction)
     start = ensemble.advance(ensemble.initial_state(), normal_displacement=0.6, tangential_load=0.0)
     first, last = start.normal_load, load * start.normal_load
-    assert first == pytest.approx(normal(0.6), rel=1e-12)
+    assert first == approx(normal(0.6), rel=1e-12)
     tangential = share * friction * last
     state = ensemble.advance(start, normal_load=last, tangential_load=tangential)
     front_load = last - tangential / friction
@@ -125,12 +125,12 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     mean = friction * (edge_mean - front_mean)
     stored = friction**2 * (integral(edge) - integral(front) - (edge - front) * front_load)
     energy = tangential * displacement - tangential * mean - stored
-    assert state.tangential_displacement == pytest.approx(displacement, rel=1e-9)
-    assert state.dissipated_energy == pytest.approx(energy, rel=1e-6)
+    assert state.tangential_displacement == approx(displacement, rel=1e-9)
+    assert state.dissipated_energy == approx(energy, rel=1e-6)
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(
+@mark.slow
+@mark.skipif(
     sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker"
 )
 def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
@@ -153,7 +153,7 @@ def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
     assert energies.max() < 1e-5
 
 
-@pytest.mark.parametrize("count", [2, 10])
+@mark.parametrize("count", [2, 10])
 def test_a_smaller_tolerance_gives_no_worse_results(count):
     rng = np.random.default_rng(count)
     friction = rng.uniform(0.1, 0.5, count)

@@ -1,5 +1,5 @@
 import numpy as np
-import pytest
+from pytest import mark
 
 import historysim as hs
 from historysim.basics.library import lib
@@ -22,8 +22,8 @@ def recorded_and_read(ensemble, targets):
     return rows, read
 
 
-@pytest.mark.parametrize("friction", [0.3, [0.2, 0.4]])
-@pytest.mark.parametrize("seed", range(2))
+@mark.parametrize("friction", [0.3, [0.2, 0.4]])
+@mark.parametrize("seed", range(2))
 def test_a_row_does_not_depend_on_the_rows_before(friction, seed):
     # deep loops, loops that are wiped out, the approach held and moved, lift-off and new touch
     random = np.random.default_rng(seed)
@@ -42,7 +42,7 @@ def test_a_row_does_not_depend_on_the_rows_before(friction, seed):
     assert rows.slip_state.min() == 0
 
 
-@pytest.mark.parametrize("friction", ["one", "own"])
+@mark.parametrize("friction", ["one", "own"])
 def test_rows_do_not_depend_on_the_order_of_asperities(friction):
     """Of asperities in any order, sorted, or a few of them, some twice: over several calls, as chunks of a file are."""
     random, count = np.random.default_rng(7), 700

@@ -1,9 +1,10 @@
 """The instants at which asperities first slide: closed forms, recorded rows of 200 times finer steps, and states."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, mark, raises
 
 import historysim as hs
 
@@ -45,7 +46,7 @@ def test_at_a_held_approach_each_slides_at_its_preliminary_displacement():
     events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(2.0, 100e-9)]
     found = hs.replay(ENSEMBLE, events, record="all").contact.slip_onset()
     expected = 2 * THETA * FRICTION * (HEIGHTS + DEPTH) / 100e-9
-    assert found["slide_time"].values[:4] == pytest.approx(expected[:4], rel=1e-12)
+    assert found["slide_time"].values[:4] == approx(expected[:4], rel=1e-12)
     assert found["slide_rank"].values.tolist() == [
         *np.argsort(np.argsort(expected[:4])).tolist(),
         -1,
@@ -66,7 +67,7 @@ def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
         .contact.slip_onset()["slide_time"]
         .values
     )
-    assert times[1:3] == pytest.approx([1.25, 1.625], rel=1e-12)
+    assert times[1:3] == approx([1.25, 1.625], rel=1e-12)
 
 
 def test_a_loaded_asperity_slides_before_lift_off_and_an_unloaded_one_does_not():
@@ -79,7 +80,7 @@ def test_a_loaded_asperity_slides_before_lift_off_and_an_unloaded_one_does_not()
     )
     assert (history.slip_state.values != GROSS).all()
     # δ falls from 50 nm by 51 nm in two seconds; it slides where θμδ is 5 nm
-    assert history.contact.slip_onset()["slide_time"].values == pytest.approx(
+    assert history.contact.slip_onset()["slide_time"].values == approx(
         2 * (50 - 5 / (THETA * MU)) / 51
     )
     bare = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [hs.NormalDisplacement(1.0, 50e-9), up])
@@ -97,7 +98,7 @@ def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
     after = THETA * 0.15 * (HEIGHTS + DEPTH)
     expected = np.where(before < 15e-9, before / 15e-9, np.where(after < 15e-9, 1.5, np.nan))
     expected[4] = np.nan
-    np.testing.assert_allclose(times, expected, rtol=1e-12)
+    assert_allclose(times, expected, rtol=1e-12)
 
 
 @settings(deadline=None)
@@ -129,7 +130,7 @@ def test_each_instant_lies_between_the_fine_rows_where_it_begins(
         return
     found = fine["slide_time"].values
     coarse = hs.Replay(ensemble, events, **given, hold=False).dataset()["slide_time"].values
-    np.testing.assert_allclose(found, coarse, rtol=0, atol=1e-6)
+    assert_allclose(found, coarse, rtol=0, atol=1e-6)
     time, states = fine.time.values, fine.slip_state.values
     for moment, seen, state in zip(found, first_rows(fine), states.T, strict=True):
         if np.isnan(moment):
@@ -162,8 +163,8 @@ DRIVEN = [
 ]
 
 
-@pytest.mark.parametrize("events", [LOADED, DRIVEN], ids=["loads", "displacements"])
-@pytest.mark.parametrize("kind", EVOLVING)
+@mark.parametrize("events", [LOADED, DRIVEN], ids=["loads", "displacements"])
+@mark.parametrize("kind", EVOLVING)
 def test_states_of_replays_that_end_just_before_and_after_agree(kind, events):
     more, friction = EVOLVING[kind]
     job = hs.Replay(
@@ -198,7 +199,7 @@ def test_patches_slide_where_the_stick_zone_ends_at_their_first_touch():
     ]
     history = hs.replay(ensemble, events, substeps=FINE)
     first = ensemble.first_touch
-    assert history["slide_time"].values == pytest.approx((90e-9 - first) / (1.1 * 90e-9), rel=1e-12)
+    assert history["slide_time"].values == approx((90e-9 - first) / (1.1 * 90e-9), rel=1e-12)
     seen = history.time.values[first_rows(history)]
     assert (
         (history["slide_time"].values <= seen) & (seen < history["slide_time"].values + 1 / FINE)
@@ -228,7 +229,7 @@ def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keep
     )
     state = job.state(until=1.2)
     again = hs.State.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
-    np.testing.assert_array_equal(ENSEMBLE.slide_time(again), ENSEMBLE.slide_time(state))
+    assert_array_equal(ENSEMBLE.slide_time(again), ENSEMBLE.slide_time(state))
     assert np.isfinite(job.dataset()["slide_time"].values).any()
     # by hand there are no times, and states are equal without them
     moved = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=8e-3)
@@ -240,15 +241,13 @@ def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keep
 def test_queries_of_results_without_instants_are_refused():
     history = hs.replay(ENSEMBLE, DRIVEN).drop_vars("slide_time")
     for question in (history.contact.slides_first, history.contact.slip_onset):
-        with pytest.raises(hs.InputError, match="no slide_time"):
+        with raises(hs.InputError, match="no slide_time"):
             question()
     assert "first to slide" not in dict(history.contact.summary())
 
 
-@pytest.mark.parametrize("substeps", [1, 2, 7])
-@pytest.mark.parametrize(
-    "options", [{}, {"wear": hs.wear.ArchardWear(coefficient=1e-4, hardness=5e9)}]
-)
+@mark.parametrize("substeps", [1, 2, 7])
+@mark.parametrize("options", [{}, {"wear": hs.wear.ArchardWear(coefficient=1e-4, hardness=5e9)}])
 def test_without_friction_an_asperity_slides_from_contact_on(options, substeps):
     """The definition is that of rows: all springs are at their friction limit, which is 0."""
     ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, [0.0, 0.0, 0.25, 0.2, 0.0], **options)
@@ -259,9 +258,7 @@ def test_without_friction_an_asperity_slides_from_contact_on(options, substeps):
     ]
     history = hs.replay(ensemble, events, substeps=substeps)
     found = history["slide_time"].values
-    assert found == pytest.approx(
-        [0.0, 5.0, np.nan, np.nan, np.nan][: found.size], nan_ok=True, abs=1e-9
-    )
+    assert found == approx([0.0, 5.0, np.nan, np.nan, np.nan][: found.size], nan_ok=True, abs=1e-9)
     rows = first_rows(history)
     assert rows[0] == 0
     assert rows[1] >= 0

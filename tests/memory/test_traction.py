@@ -1,7 +1,7 @@
 """The polyline as one asperity sees it."""
 
 import numpy as np
-import pytest
+from pytest import approx
 
 import historysim as hs
 
@@ -37,18 +37,18 @@ def test_both_asperities_see_the_same_vertices_each_with_its_own_radius():
     for (radius, weight), own, gap in zip(
         superpositions(state), (0.7, 1.9), (0.0, 0.006), strict=True
     ):
-        assert radius == pytest.approx(np.sqrt(own * (fronts - gap)), rel=1e-14)
-        assert weight == pytest.approx([-MU, 2 * MU, -MU])
+        assert radius == approx(np.sqrt(own * (fronts - gap)), rel=1e-14)
+        assert weight == approx([-MU, 2 * MU, -MU])
     made_at = state.vertices()["made_at"][:0:-1] * state.memory.line.contact.units.displacement
-    assert made_at == pytest.approx(np.array([0.3, 0.3, 0.5]) * THETA * MU * DEPTH, rel=8 * EPS)
+    assert made_at == approx(np.array([0.3, 0.3, 0.5]) * THETA * MU * DEPTH, rel=8 * EPS)
 
 
 def test_an_asperity_does_not_see_vertices_below_its_summit():
     # the front at a fifth of the depth is below the second summit
     (first, _), (second, weight) = superpositions(state_after(0.8))
-    assert first == pytest.approx(np.sqrt(0.7 * DEPTH * np.array([1.0, 0.2])), rel=1e-14)
-    assert second == pytest.approx([np.sqrt(1.9 * (DEPTH - 0.006))], rel=1e-14)
-    assert weight == pytest.approx([MU])
+    assert first == approx(np.sqrt(0.7 * DEPTH * np.array([1.0, 0.2])), rel=1e-14)
+    assert second == approx([np.sqrt(1.9 * (DEPTH - 0.006))], rel=1e-14)
+    assert weight == approx([MU])
 
 
 def test_the_superposition_is_a_copy():

@@ -7,8 +7,8 @@ from contextlib import suppress
 
 import netCDF4
 import numpy as np
-import pytest
 from pairs import UNIT as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.basics.files import WriterLock, write_errors
@@ -26,12 +26,12 @@ from historysim.recording.netcdf import (
 STEPS, COLUMNS = 23, 7
 
 
-@pytest.fixture(autouse=True)
+@fixture(autouse=True)
 def _few_rows_at_once(monkeypatch):
     monkeypatch.setattr(recorder, "CELLS_AT_ONCE", 4 * 16)
 
 
-@pytest.fixture
+@fixture
 def path(tmp_path):
     return tmp_path / "out.nc"
 
@@ -80,8 +80,8 @@ def check(path, columns=COLUMNS):
             assert found.tobytes() == np.ascontiguousarray(expected).tobytes(), variable.name
 
 
-@pytest.mark.parametrize("columns", [0, 1, COLUMNS])
-@pytest.mark.parametrize("cuts", [[], [1], [5, 10, 15], [4, 6, 7, 22], list(range(1, STEPS))])
+@mark.parametrize("columns", [0, 1, COLUMNS])
+@mark.parametrize("cuts", [[], [1], [5, 10, 15], [4, 6, 7, 22], list(range(1, STEPS))])
 def test_rows_come_back_in_whatever_portions_they_came(path, cuts, columns):
     with made(path, columns) as target:
         for begin, end in zip([0, *cuts], [*cuts, STEPS], strict=True):
@@ -105,9 +105,9 @@ def killed(path, ends, more):
     assert os.WIFSIGNALED(os.waitpid(child, 0)[1])
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
-@pytest.mark.parametrize("ends", [(3, 5, 12, 17)])
-@pytest.mark.parametrize("more", [0, 6])
+@mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
+@mark.parametrize("ends", [(3, 5, 12, 17)])
+@mark.parametrize("more", [0, 6])
 def test_whoever_is_killed_leaves_the_rows_that_were_flushed_in_a_file_that_opens(path, ends, more):
     killed(path, ends, more)
     with netCDF4.Dataset(path) as result:
@@ -120,8 +120,8 @@ def test_whoever_is_killed_leaves_the_rows_that_were_flushed_in_a_file_that_open
     check(path)
 
 
-@pytest.mark.parametrize("compression", COMPRESSIONS)
-@pytest.mark.parametrize("columns", [0, COLUMNS])
+@mark.parametrize("compression", COMPRESSIONS)
+@mark.parametrize("columns", [0, COLUMNS])
 def test_a_copy_has_all_rows(path, columns, compression):
     with made(path, columns) as target:
         write(target, 0, STEPS)
@@ -138,7 +138,7 @@ def test_what_the_library_refuses_is_an_error_of_the_system(path):
         write(target, 0, STEPS)
         target._file.close()
         with (
-            pytest.raises(OSError, match=r"it cannot be written \(NetCDF: .*\)"),
+            raises(OSError, match=r"it cannot be written \(NetCDF: .*\)"),
             write_errors(path, path),
         ):
             target.flush()
@@ -147,12 +147,12 @@ def test_what_the_library_refuses_is_an_error_of_the_system(path):
 def test_the_room_that_is_missing_is_reported(path, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 0, 4999))
     check_room(path.parent, 4999)
-    with pytest.raises(OSError, match=r"the result needs .* MB more"):
+    with raises(OSError, match=r"the result needs .* MB more"):
         check_room(path.parent, 5000)
 
 
-@pytest.mark.parametrize("steps", [1, 7, 1000, 10_000, 1_000_000])
-@pytest.mark.parametrize("columns", [1, 5, 300, 5241, 100_000, 1_000_000])
+@mark.parametrize("steps", [1, 7, 1000, 10_000, 1_000_000])
+@mark.parametrize("columns", [1, 5, 300, 5241, 100_000, 1_000_000])
 def test_chunks_suit_both_ways_of_reading(steps, columns):
     rows, across = chunk_shape(steps, columns)
     assert 1 <= rows <= steps
@@ -186,9 +186,7 @@ def test_a_result_has_its_name_when_it_is_published_and_readers_are_not_kept_out
     assert names(tmp_path) == ["out.nc"]
 
 
-@pytest.mark.parametrize(
-    ("kept", "ends"), [(3, KeyboardInterrupt), (0, KeyboardInterrupt), (3, None)]
-)
+@mark.parametrize("kept, ends", [(3, KeyboardInterrupt), (0, KeyboardInterrupt), (3, None)])
 def test_what_an_error_ends_is_there_for_the_next_one_where_rows_are_kept(tmp_path, kept, ends):
     with suppress(KeyboardInterrupt), Unfinished(tmp_path / "out.nc") as file:
         file.path.write_bytes(bytes(8) + b"rows")
@@ -203,7 +201,7 @@ def test_what_an_error_ends_is_there_for_the_next_one_where_rows_are_kept(tmp_pa
 
 def test_a_second_writer_is_reported(tmp_path):
     with Unfinished(tmp_path / "out.nc"):
-        with pytest.raises(OSError, match="another process is writing this result") as caught:
+        with raises(OSError, match="another process is writing this result") as caught:
             Unfinished(tmp_path / "out.nc")
         assert caught.value.filename == str(tmp_path / "out.nc")
     with Unfinished(tmp_path / "out.nc"):
@@ -211,5 +209,5 @@ def test_a_second_writer_is_reported(tmp_path):
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"none/out\.nc"):
+    with raises(FileNotFoundError, match=r"none/out\.nc"):
         Unfinished(tmp_path / "none" / "out.nc")

@@ -1,7 +1,7 @@
 """The attributes of a result: where the model does not hold."""
 
-import pytest
 from click.testing import CliRunner
+from pytest import mark, warns
 
 import historysim as hs
 from historysim.asperities.instrument import Instrument
@@ -26,8 +26,8 @@ def test_the_greatest_load_of_all_is_looked_at():
     assert names([hs.NormalDisplacement(0.0, 0.1e-3), hs.NormalDisplacement(1.0, 0.0)]) == ["steep"]
 
 
-@pytest.mark.parametrize(
-    ("event", "resolution"),
+@mark.parametrize(
+    "event, resolution",
     [
         (hs.TangentialDisplacement(1.0, -2e-9), "displacement_resolution"),
         (hs.TangentialLoad(1.0, -2e-9), "load_resolution"),
@@ -48,7 +48,7 @@ def test_findings_are_read_as_they_were_written():
     assert read_findings(written_findings(())) == ()
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "events",
     [
         [hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 1e-8)],
@@ -57,7 +57,7 @@ def test_findings_are_read_as_they_were_written():
     ],
 )
 def test_what_never_touches_is_said_to(events):
-    with pytest.warns(UserWarning, match="nothing ever touches.*Give a normal load") as warned:
+    with warns(UserWarning, match="nothing ever touches.*Give a normal load") as warned:
         history = hs.replay(BALL, events)
     assert [each.filename for each in warned] == [__file__]
     assert (history["total_tangential_load"] == 0).all()

@@ -13,6 +13,7 @@ import xarray as xr
 from conventions import conventions, discovery
 from golden import refused
 from pairs import UNIT as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.basics.files import replacing
@@ -65,12 +66,12 @@ asperities = {record}
 POSITIONS = "x = [0, 1, 2, 3, 4]\ny = [0, 0, 0, 0, 0]"
 
 
-@pytest.fixture
+@fixture
 def ensemble():
     return hs.Ensemble(PAIR, HEIGHTS, 1.0, 0.5)
 
 
-@pytest.fixture
+@fixture
 def scenario(tmp_path):
     def write(record='"touching"', positions=POSITIONS):
         path = tmp_path / "five.toml"
@@ -143,7 +144,7 @@ def test_by_default_those_that_ever_touch_are_recorded(ensemble):
     xr.testing.assert_identical(history, everything.sel(asperity=[0, 1, 3, 4]))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@mark.parametrize("seed", range(2))
 def test_touching_are_exactly_those_that_touch_in_random_histories(seed):
     generator = np.random.default_rng(seed)
     ensemble = hs.Ensemble(
@@ -170,8 +171,8 @@ def test_those_that_touch_between_two_rows_are_recorded(ensemble):
     assert chosen_asperities(ensemble, events, "touching").tolist() == [0, 1, 3]
 
 
-@pytest.mark.parametrize(
-    ("record", "expected"),
+@mark.parametrize(
+    "record, expected",
     [
         ("all", [0, 1, 2, 3, 4]),
         ([3], [3]),
@@ -194,7 +195,7 @@ def test_totals_alone_have_no_asperities(ensemble):
     assert not DatasetRecorder(ensemble, None, 10).blank(10).each
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "record",
     ["some", "", b"all", None, 0, [], [0.5], [True], np.array([True, False]), [[0]], [2**70]],
 )
@@ -203,8 +204,8 @@ def test_other_selections_are_refused(ensemble, record):
         chosen_asperities(ensemble, EVENTS, record)
 
 
-@pytest.mark.parametrize(
-    ("record", "message"),
+@mark.parametrize(
+    "record, message",
     [
         ([0, 5], r"record names asperity 5; expected indices from 0 to 4"),
         ([-1], r"record names asperity -1; expected indices from 0 to 4"),
@@ -258,7 +259,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@mark.parametrize("case", CASES)
 def test_the_file_follows_the_cf_conventions(case, scenario, tmp_path):
     path = tmp_path / "out.nc"
     hs.run(scenario(*CASES[case]), path).close()
@@ -296,8 +297,8 @@ def test_the_file_says_what_a_catalogue_asks_for(scenario, tmp_path):
     ]
 
 
-@pytest.mark.parametrize("block", [1, 5, 1 << 21])
-@pytest.mark.parametrize("record", ['"touching"', '"totals"'])
+@mark.parametrize("block", [1, 5, 1 << 21])
+@mark.parametrize("record", ['"touching"', '"totals"'])
 def test_a_streamed_file_is_the_dataset_bit_for_bit(scenario, tmp_path, monkeypatch, block, record):
     monkeypatch.setattr(recorder, "CELLS_AT_ONCE", block)
     sizes = []
@@ -360,7 +361,7 @@ def test_a_disk_without_room_is_reported_before_anything_is_computed(
     )
     job = hs.Replay(ensemble, EVENTS, record="all", substeps=2000, hold=False)
     monkeypatch.setattr(hs.Replay, "walk", lambda *_, **__: pytest.fail("it was computed"))
-    with pytest.raises(
+    with raises(
         OSError, match=r"the result needs 3\.\d MB more, and 0\.0 MB are free; make room"
     ) as caught:
         job.write(path)
@@ -370,7 +371,7 @@ def test_a_disk_without_room_is_reported_before_anything_is_computed(
     assert names(tmp_path) == ["out.nc"]
 
 
-@pytest.mark.skipif(os.name != "posix", reason="needs the limit of POSIX on the size of files")
+@mark.skipif(os.name != "posix", reason="needs the limit of POSIX on the size of files")
 def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
     import resource
 
@@ -386,9 +387,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
             fill(file, plan)
 
     try:
-        with pytest.raises(
-            OSError, match="the file is too large for this disk or a limit"
-        ) as caught:
+        with raises(OSError, match="the file is too large for this disk or a limit") as caught:
             overflow()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)

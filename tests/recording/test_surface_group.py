@@ -2,10 +2,10 @@
 
 import netCDF4
 import numpy as np
-import pytest
 import xarray as xr
 from click.testing import CliRunner
 from conventions import conventions
+from pytest import approx, fixture, mark
 from sections import LINES, SECTIONS, loaded, write_files
 
 import historysim as hs
@@ -20,7 +20,7 @@ COLUMNS = {"summit_height": "height", "summit_radius": "radius", "summit_x": "x"
 CASES = SECTIONS
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path):
     write_files(tmp_path)
     return tmp_path
@@ -41,7 +41,7 @@ def gapped(shape, share=0.31, seed=0):
 # -- contents -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
+@mark.parametrize("entry", CASES.values(), ids=CASES)
 def test_every_kind_stores_its_summits_and_map_bit_for_bit(folder, entry):
     path, ground = run(folder, entry)
     with xr.open_dataset(path, group=GROUP) as group:
@@ -88,7 +88,7 @@ def test_a_summit_stands_on_its_point_of_the_map(folder):
         assert (on_map.values == group["summit_height"].values).all()
 
 
-@pytest.mark.parametrize("record", ['"totals"'])
+@mark.parametrize("record", ['"totals"'])
 def test_it_does_not_depend_on_what_is_recorded(folder, record):
     expected, _ = run(folder, SECTIONS["random"])
     path, _ = run(folder, SECTIONS["random"], PRESSED.replace('"touching"', record), "other.nc")
@@ -118,8 +118,8 @@ def test_missing_heights_are_nan_and_nothing_else_is(folder):
         assert group["summit_height"].notnull().all()
 
 
-@pytest.mark.parametrize(
-    ("shape", "strides"),
+@mark.parametrize(
+    "shape, strides",
     [
         ((513, 512), (2, 1)),
         ((1024, 700), (2, 2)),
@@ -136,8 +136,8 @@ def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
         *(np.arange(0, size, stride) for size, stride in zip(shape, strides, strict=True))
     )
     assert (found["height"].values == heights[kept]).all()
-    assert found["x"].values == pytest.approx(np.arange(found.sizes["x"]) * strides[0] * 1e-6)
-    assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
+    assert found["x"].values == approx(np.arange(found.sizes["x"]) * strides[0] * 1e-6)
+    assert found["y"].values == approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
 
 
 def test_variables_agree_with_the_table(folder):
@@ -174,7 +174,7 @@ def raised_to_the_root(path, target):
             made[:] = variable[:]
 
 
-@pytest.mark.parametrize("name", ["random", "gaps"])
+@mark.parametrize("name", ["random", "gaps"])
 def test_the_group_follows_the_cf_conventions(folder, name):
     np.save(folder / "gaps.npy", gapped((20, 30)).heights)
     entry = CASES.get(name) or {
@@ -199,7 +199,7 @@ def plot(path):
     )
 
 
-@pytest.mark.parametrize("name", ["summit_height", "x"])
+@mark.parametrize("name", ["summit_height", "x"])
 def test_a_group_that_lacks_something(folder, name):
     path, _ = run(folder, SECTIONS["random"])
     with netCDF4.Dataset(path, "a") as file:

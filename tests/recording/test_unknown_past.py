@@ -2,9 +2,9 @@
 
 import netCDF4
 import numpy as np
-import pytest
 from golden import refused
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.loads.schedule import Start
@@ -49,7 +49,7 @@ CASES = {
 PULL = hs.attraction.DMT(work_of_adhesion=1e-4)
 
 
-@pytest.mark.parametrize("case", CASES)
+@mark.parametrize("case", CASES)
 def test_no_past_is_outside_the_bounds(case):
     """300 random pasts in all cases together, which end where the contact, or its drive, is at first."""
     kind, several, options = CASES[case]
@@ -94,7 +94,7 @@ def test_full_slip_forgets_the_past():
     history = hs.replay(contact(several=True), events, past="unknown", substeps=10)
     width = (history.total_tangential_load_upper - history.total_tangential_load_lower).values
     limit = float(history.friction_limit.max())
-    assert width[0] == pytest.approx(2 * limit, rel=1e-9)
+    assert width[0] == approx(2 * limit, rel=1e-9)
     forgotten = history.attrs["past_forgotten_time"]
     assert 3.0 - 0.9 <= forgotten <= 3.0
     after = history.time.values >= forgotten
@@ -163,7 +163,7 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("reason", REFUSED)
+@mark.parametrize("reason", REFUSED)
 def test_contacts_without_bounds_are_refused(reason):
     ensemble, events, options = REFUSED[reason]
     with refused(reason):
@@ -188,15 +188,15 @@ waypoints = [
 """
 
 
-@pytest.fixture
+@fixture
 def scenario(tmp_path):
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     return path
 
 
-@pytest.mark.parametrize("compression", ["none", "zlib"])
-@pytest.mark.parametrize("record", [None, "totals"])
+@mark.parametrize("compression", ["none", "zlib"])
+@mark.parametrize("record", [None, "totals"])
 def test_written_results_have_the_bounds(scenario, tmp_path, compression, record, monkeypatch):
     monkeypatch.setattr("historysim.recording.recorder.ROWS_AT_ONCE", 5)
     output = tmp_path / "s.nc"
@@ -216,7 +216,7 @@ def test_written_results_have_the_bounds(scenario, tmp_path, compression, record
         assert log.replay().attrs["past_forgotten_time"] == written.attrs["past_forgotten_time"]
 
 
-@pytest.mark.parametrize("name", ["tangential_load_upper", "past_forgotten_time"])
+@mark.parametrize("name", ["tangential_load_upper", "past_forgotten_time"])
 def test_changed_bounds_are_found(scenario, tmp_path, name):
     output = tmp_path / "s.nc"
     hs.run(scenario, output).close()
@@ -243,7 +243,7 @@ REFUSED_KEYS = {
 }
 
 
-@pytest.mark.parametrize("reason", REFUSED_KEYS)
+@mark.parametrize("reason", REFUSED_KEYS)
 def test_a_scenario_without_bounds_is_refused(scenario, reason):
     scenario.write_text(SCENARIO.replace(*REFUSED_KEYS[reason]), encoding="utf-8")
     with refused(reason):

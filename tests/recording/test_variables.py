@@ -6,8 +6,8 @@ import keyword
 import attrs
 import cf_units
 import numpy as np
-import pytest
 from pairs import UNIT
+from pytest import mark
 
 import historysim as hs
 from historysim.asperities.asperity import SlipState
@@ -59,12 +59,12 @@ EXTENSIONS = {
 ALL = (*COORDINATES, *VARIABLES)
 FLAGS = [variable for variable in ALL if "flag_values" in variable.attributes]
 
-each = pytest.mark.parametrize(
+each = mark.parametrize(
     "variable", ALL, ids=lambda variable: f"{variable.name} {variable.dimensions}"
 )
 
 
-@pytest.mark.parametrize("part", CONTRACT)
+@mark.parametrize("part", CONTRACT)
 def test_the_table_is_the_contract_and_its_known_extensions(part):
     totals, per_asperity = recorded_variables(Changes())
     table = {"coordinates": COORDINATES, "totals": totals, "per asperity": per_asperity}[part]

@@ -3,9 +3,9 @@
 import inspect
 import re
 
-import pytest
 import xarray as xr
 from pairs import STIFF as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.results import accessor, queries
@@ -40,24 +40,22 @@ def test_earlier_names_are_the_same_queries_and_are_not_listed():
     assert hs.contact is hs.theory
 
 
-@pytest.fixture
+@fixture
 def history():
     return hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
 
 
-@pytest.mark.parametrize(
-    "name", ["slip_shares", "stick_ratio", "mean_pressure", "branch_displacements"]
-)
+@mark.parametrize("name", ["slip_shares", "stick_ratio", "mean_pressure", "branch_displacements"])
 def test_one_step_answers_as_the_whole_history_does_there(history, name):
     one, whole = (getattr(each.contact, name)() for each in (history.isel(step=5), history))
     xr.testing.assert_equal(one, whole.isel(step=5))
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "name", ["slip_onset", "slides_first", "friction_loops", "summary", "tangential_stiffness"]
 )
 def test_one_step_is_not_enough_for_some_questions(history, name):
-    with pytest.raises(
+    with raises(
         hs.InputError, match=f"{name}: needs the steps before, and the history has one step"
     ):
         getattr(history.isel(step=-1).contact, name)()
@@ -80,5 +78,5 @@ def test_a_query_of_a_script_is_a_method(monkeypatch):
         return float(history.total_normal_load.max())
 
     assert history.contact.largest_normal_load() == largest_normal_load(history) == 3e-3
-    with pytest.raises(AttributeError, match=r"has no query smallest; "):
+    with raises(AttributeError, match=r"has no query smallest; "):
         history.contact.smallest  # noqa: B018 - looking it up is the test

@@ -1,9 +1,9 @@
 """What a history says about its contact."""
 
 import numpy as np
-import pytest
 from golden import refused
 from pairs import COMPLIANT as PAIR
+from pytest import approx, fixture
 
 import historysim as hs
 from historysim.results import analysis
@@ -20,7 +20,7 @@ EVENTS = [
 ]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def history():
     return hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS, hold=False)
 
@@ -31,7 +31,7 @@ def by_hand(approach):
 
 def test_preliminary_displacement_is_the_greatest_of_all_asperities(history):
     found = analysis.preliminary_displacement(history)
-    assert found.values == pytest.approx(
+    assert found.values == approx(
         [by_hand(approach).max() for approach in (60e-9, 36e-9, 12e-9)], rel=1e-12
     )
     assert found.attrs["units"] == "m"
@@ -52,7 +52,7 @@ def test_nothing_is_critical_without_contact():
 
 def test_drift_is_the_change_of_the_preliminary_displacement(history):
     expected = by_hand(60e-9).max() - by_hand(12e-9).max()
-    assert analysis.drift(history, 0, -1) == pytest.approx(expected, rel=1e-12)
+    assert analysis.drift(history, 0, -1) == approx(expected, rel=1e-12)
     assert analysis.drift(history, 2, 0) == analysis.drift(history, 0, -1)
     assert analysis.drift(history, 1, 1) == 0
     with refused("step 3: the history has 3 steps"):
@@ -70,7 +70,7 @@ def test_friction_is_recorded_one_by_one_only_where_it_differs():
     assert found.present_friction.values.tolist() == [list(row) for row in expected]
     approach = HEIGHTS.max() - found.separation.values
     capacity = RATIO * np.array(expected) * np.maximum(HEIGHTS + approach[:, np.newaxis], 0.0)
-    assert analysis.preliminary_displacement(found).values == pytest.approx(
+    assert analysis.preliminary_displacement(found).values == approx(
         capacity.max(axis=1), rel=1e-12
     )
     assert analysis.critical_asperity(found).values.tolist() == capacity.argmax(axis=1).tolist()

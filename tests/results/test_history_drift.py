@@ -1,8 +1,8 @@
 """Drift and positioning, by the source's definitions and numbers."""
 
 import numpy as np
-import pytest
 from golden import refused
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.contact import drift as one_contact
@@ -15,8 +15,8 @@ RADIUS = 0.5e-6
 ONE = {"summit_radius": RADIUS}
 
 
-@pytest.mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
-@pytest.mark.parametrize("loads", [(50e-3, 70e-3), (50e-3, 30e-3)])
+@mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
+@mark.parametrize("loads", [(50e-3, 70e-3), (50e-3, 30e-3)])
 def test_the_backward_branch_agrees_with_stepping_back(loads, friction):
     """Slides at 1 - 1e-9 of the limit; near it the load varies with the power 3/2 of what is left."""
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
@@ -38,9 +38,9 @@ def test_the_backward_branch_agrees_with_stepping_back(loads, friction):
         ensemble.advance(state, tangential_displacement=2e-6 - share * branch).tangential_load
         for share in (1 - 1e-6, 1.0)
     )
-    assert whole == pytest.approx(-friction[1] * loads[1], rel=1e-12)
+    assert whole == approx(-friction[1] * loads[1], rel=1e-12)
     assert short > whole * (1 - 1e-13)
-    assert short == pytest.approx(whole, rel=1e-8)
+    assert short == approx(whole, rel=1e-8)
 
 
 def test_branch_drift_of_many_asperities_follows_the_last_to_slide():
@@ -60,7 +60,7 @@ def test_branch_drift_of_many_asperities_follows_the_last_to_slide():
         branch = share * (2 * first + history_drift.branch_drift(history, 0, 1))
         back = ensemble.advance(state, tangential_displacement=2e-6 - branch)
         limit = float(np.sum(friction * history.normal_load.values[1]))
-        assert (back.tangential_load == pytest.approx(-limit, rel=1e-12)) is slides
+        assert (back.tangential_load == approx(-limit, rel=1e-12)) is slides
 
 
 def test_drift_between_cycles_and_runs():
@@ -84,11 +84,11 @@ def test_drift_between_cycles_and_runs():
     # a branch is taken to end where this share of the way between the friction forces is covered
     expected *= 1 - (1 - DEFAULT.reached) ** (2 / 3)
     assert found.dims == ("direction",)
-    assert found.sel(direction="backward").item() == pytest.approx(expected, rel=0.01)
+    assert found.sel(direction="backward").item() == approx(expected, rel=0.01)
     with refused("loop 7"):
         history_drift.cycle_drift(both, 7)
     other = history_drift.run_drift(run((20e-3,)), both)
-    assert other == pytest.approx(hs.analysis.drift(both, 0, -1), rel=1e-12)
+    assert other == approx(hs.analysis.drift(both, 0, -1), rel=1e-12)
 
 
 def test_there_and_back_leaves_a_quarter_of_the_preliminary_displacement():
@@ -98,14 +98,12 @@ def test_there_and_back_leaves_a_quarter_of_the_preliminary_displacement():
     history = hs.replay(ensemble, events)
     whole = one_contact.preliminary_displacement(PAIR, normal_load=50e-3, friction=0.5, **ONE)
     left = history_drift.positioning_error(history)
-    assert left == pytest.approx((2 ** (1 / 3) - 1) * float(whole), rel=1e-9)
+    assert left == approx((2 ** (1 / 3) - 1) * float(whole), rel=1e-9)
     part = hs.replay(ensemble, [events[0], hs.TangentialLoad(1.0, 0.3 * limit), events[2]])
     # Masing at T = 0 after a load T*: virgin displacement there, less twice that of half of it
     f = np.array([0.3, 0.15])
     virgin = float(whole) * (1 - (1 - f) ** (2 / 3))
-    assert history_drift.positioning_error(part) == pytest.approx(
-        virgin[0] - 2 * virgin[1], rel=1e-9
-    )
+    assert history_drift.positioning_error(part) == approx(virgin[0] - 2 * virgin[1], rel=1e-9)
     with refused("there and back"):
         history_drift.positioning_error(history, 0, 1)
     with refused("step 9"):
@@ -132,12 +130,12 @@ def test_a_controller_sees_a_falling_load_and_no_rising_one():
         ).tangential_load
         - 12e-3
     )
-    assert falling.tangential_displacement == pytest.approx(pushed, rel=1e-9)
-    assert falling.tangential_load == pytest.approx(held, rel=1e-9)
+    assert falling.tangential_displacement == approx(pushed, rel=1e-9)
+    assert falling.tangential_load == approx(held, rel=1e-9)
     assert held < 0 < pushed
     soft = disturbance_at_rest(ensemble, state, 30e-3, instrument=hs.Instrument(3.34e5))
     assert held < soft.tangential_load < 0
-    with pytest.raises(hs.FrictionLimitError):
+    with raises(hs.FrictionLimitError):
         disturbance_at_rest(ensemble, state, 20e-3)
 
 
@@ -151,12 +149,10 @@ def test_the_apparent_shift_is_read_off_a_history():
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.5), events)
     seen = history_drift.apparent_shift(history)
     assert seen.step.values.tolist() == [2, 3]
-    assert seen.normal_load.values == pytest.approx([-20e-3, 30e-3])
+    assert seen.normal_load.values == approx([-20e-3, 30e-3])
     assert seen.tangential_load.values.tolist() == [0.0, 0.0]
     displacement = history.tangential_displacement.values
-    assert seen.tangential_displacement.values == pytest.approx(
-        [displacement[2] - displacement[1], 0.0]
-    )
+    assert seen.tangential_displacement.values == approx([displacement[2] - displacement[1], 0.0])
 
 
 def test_drift_follows_other_summits():
@@ -166,9 +162,7 @@ def test_drift_follows_other_summits():
     history = hs.replay(hs.Ensemble(PAIR, heights, radii, 0.5), events)
     ratio = PAIR.displacement_ratio
     found = hs.analysis.preliminary_displacement(history).values
-    assert found == pytest.approx([ratio * 0.5 * 20e-9, ratio * 0.5 * 15e-9], rel=1e-9)
+    assert found == approx([ratio * 0.5 * 20e-9, ratio * 0.5 * 15e-9], rel=1e-9)
     assert hs.analysis.critical_asperity(history).values.tolist() == [0, 1]
-    assert history_drift.branch_drift(history, 0, 1) == pytest.approx(
-        2 * ratio * 0.5 * 5e-9, rel=1e-9
-    )
+    assert history_drift.branch_drift(history, 0, 1) == approx(2 * ratio * 0.5 * 5e-9, rel=1e-9)
     assert dict(hs.analysis.summary(history))["asperities touched"] == "2 of 2"

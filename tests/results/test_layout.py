@@ -5,10 +5,11 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
+from numpy.testing import assert_allclose
 from pairs import GLASS as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.errors import HistorySimError
@@ -175,7 +176,7 @@ def answer(history, name):
     return {str(key): values.values for key, values in found.data_vars.items()}
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def expected():
     answers = {}
     for name in all_queries():
@@ -188,9 +189,9 @@ def test_most_queries_have_an_answer(expected):
     assert len(expected) > 0.7 * len(all_queries())
 
 
-@pytest.mark.filterwarnings("ignore::FutureWarning")
-@pytest.mark.parametrize(
-    ("transformation", "name"),
+@mark.filterwarnings("ignore::FutureWarning")
+@mark.parametrize(
+    "transformation, name",
     [
         # every transformation with a seventh of the queries and every query with a seventh of the
         # transformations
@@ -204,20 +205,20 @@ def test_an_equivalent_history_gives_the_same_answer(expected, transformation, n
     history = EQUIVALENT[transformation](HISTORY)
     # astype drops the encoding, and with it the origin of the history
     if name not in expected or (name, transformation) == ("load_curve", "32 bits"):
-        with pytest.raises(HistorySimError):
+        with raises(HistorySimError):
             answer(history, name)
         return
     found = answer(history, name)
     assert found.keys() == expected[name].keys()
     for key, values in expected[name].items():
         if values.dtype.kind in "fiu":
-            np.testing.assert_allclose(found[key], values, rtol=1e-4, atol=0)
+            assert_allclose(found[key], values, rtol=1e-4, atol=0)
         elif transformation != "32 bits":
             assert found[key].tolist() == values.tolist()
 
 
-@pytest.mark.filterwarnings("ignore::FutureWarning", "ignore:overflow:RuntimeWarning")
-@pytest.mark.parametrize("row", range(len(OTHER)), ids=OTHER)
+@mark.filterwarnings("ignore::FutureWarning", "ignore:overflow:RuntimeWarning")
+@mark.parametrize("row", range(len(OTHER)), ids=OTHER)
 def test_another_history_gives_an_answer_or_a_message(row):
     history = [*OTHER.values()][row](HISTORY)
     # every query with a third of the histories
@@ -226,9 +227,9 @@ def test_another_history_gives_an_answer_or_a_message(row):
             answer(history, name)
 
 
-@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
-@pytest.mark.parametrize(
-    ("transformation", "message"),
+@mark.filterwarnings("ignore:overflow:RuntimeWarning")
+@mark.parametrize(
+    "transformation, message",
     [
         ("steps renamed", "varies along i, not step"),
         ("without attributes", "no attribute contact_modulus"),
@@ -255,13 +256,13 @@ def test_a_query_names_the_missing_variables_that_it_needs():
 
 def test_an_unrelated_key_error_is_not_blamed_on_missing_variables():
     with (
-        pytest.raises(KeyError, match="attribute"),
+        raises(KeyError, match="attribute"),
         report_missing_variables(HISTORY.drop_vars("separation")),
     ):
         raise KeyError("attribute")
 
 
-@pytest.mark.hides_data
+@mark.hides_data
 def test_pictures_and_pages_name_a_missing_variable():
     history = HISTORY.drop_vars("tangential_displacement")
     for name in ("history", "stiffness", "traction"):
@@ -300,7 +301,7 @@ WRONG_UNITS = {
 }
 
 
-@pytest.mark.parametrize(("name", "attributes"), WRONG_UNITS.values(), ids=WRONG_UNITS)
+@mark.parametrize("name, attributes", WRONG_UNITS.values(), ids=WRONG_UNITS)
 def test_units_that_do_not_convert_are_refused_by_command_and_python(tmp_path, name, attributes):
     history = HISTORY.copy()
     history[name].attrs = attributes
@@ -334,11 +335,9 @@ def test_a_file_in_other_units_or_packed_is_read_in_si(tmp_path):
                 error = (
                     step / 2 if name == "packed.nc" and variable == "total_tangential_load" else 0
                 )
-                np.testing.assert_allclose(
-                    history[variable].values, values.values, rtol=1e-15 * 4, atol=error
-                )
+                assert_allclose(history[variable].values, values.values, rtol=1e-15 * 4, atol=error)
                 assert history[variable].attrs.get("units") == values.attrs.get("units")
-        np.testing.assert_allclose(
+        assert_allclose(
             hs.loops(tmp_path / name).to_dataset().dissipated_energy,
             hs.loops(HISTORY).to_dataset().dissipated_energy,
             rtol=1e-4,

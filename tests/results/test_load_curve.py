@@ -2,11 +2,11 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 from click.testing import CliRunner
 from golden import refused
 from numpy.testing import assert_allclose
 from pairs import GLASS as PAIR
+from pytest import approx
 
 import historysim as hs
 from historysim.cli import main
@@ -25,7 +25,7 @@ def test_one_ball_agrees_with_hertz():
     for name in ("normal_load", "contact_area", "normal_stiffness"):
         assert_allclose(curve[f"theory_{name}"], curve[name], rtol=1e-12)
     assert curve.attrs["theory"] == "Hertz"
-    assert curve["normal_load"].to_numpy()[-1] == pytest.approx(20e-3, rel=1e-12)
+    assert curve["normal_load"].to_numpy()[-1] == approx(20e-3, rel=1e-12)
 
 
 def test_the_approach_of_a_cylinder_is_not_that_of_a_summit():
@@ -40,10 +40,10 @@ def test_many_summits_are_near_greenwood_and_williamson():
     curve = history.contact.load_curve(points=5)
     depth = heights - (heights.max() - curve["approach"].to_numpy()[-1])
     area = np.pi * 5e-6 * depth[depth > 0].sum()
-    assert curve["contact_area"].to_numpy()[-1] == pytest.approx(area, rel=1e-12)
+    assert curve["contact_area"].to_numpy()[-1] == approx(area, rel=1e-12)
     # the sum over n of n summits scatters by 1/√n
     for name in ("normal_load", "contact_area", "normal_stiffness"):
-        assert curve[f"theory_{name}"].to_numpy()[-1] == pytest.approx(
+        assert curve[f"theory_{name}"].to_numpy()[-1] == approx(
             curve[name].to_numpy()[-1], rel=0.05
         )
     axes = hs.plot(history, picture="load-curve").axes

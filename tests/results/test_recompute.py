@@ -1,9 +1,9 @@
 """One asperity at any step of a history: what it remembers is walked again, or comes from the log."""
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.log.event_log import EventLog
@@ -34,7 +34,7 @@ AT_ONCE = [
 ]
 
 
-@pytest.mark.parametrize("substeps", [1, 7])
+@mark.parametrize("substeps", [1, 7])
 def test_recomputed_asperities_equal_those_of_the_engine(substeps):
     job = hs.Replay(MANY, EVENTS, substeps=substeps, hold=False)
     history = job.dataset()
@@ -51,12 +51,12 @@ def test_recomputed_asperities_equal_those_of_the_engine(substeps):
                 atol=1e-3 * MU * expected.pressure(0.0),
             )
             assert found.reversal_points.size == expected.reversal_points.size
-            assert found.tangential_load == pytest.approx(
+            assert found.tangential_load == approx(
                 expected.tangential_load, abs=1e-6 * expected.normal_load
             )
 
 
-@pytest.fixture
+@fixture
 def result(tmp_path):
     """A result of which the steps do not hold all, with its log beside it."""
     path = tmp_path / "r.nc"
@@ -68,7 +68,7 @@ def result(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("log", ["its own", "another", "none"])
+@mark.parametrize("log", ["its own", "another", "none"])
 def test_where_the_steps_do_not_suffice_the_log_is_replayed(result, log):
     if log == "another":
         with EventLog(result.with_suffix(".history")) as beside:
@@ -78,7 +78,7 @@ def test_where_the_steps_do_not_suffice_the_log_is_replayed(result, log):
     with xr.open_dataset(result, decode_times=False) as history:
         points = recompute.reversal_points(history, 0, 1)
         a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
-        assert points["radius"].values == pytest.approx([a * np.cbrt(0.05)], rel=1e-9)
+        assert points["radius"].values == approx([a * np.cbrt(0.05)], rel=1e-9)
 
 
 def test_without_its_events_it_is_refused(result):
@@ -96,13 +96,11 @@ CHANGE = [
 ]
 
 
-@pytest.mark.parametrize("events", [AT_ONCE, CHANGE], ids=["at once", "a change of friction"])
+@mark.parametrize("events", [AT_ONCE, CHANGE], ids=["at once", "a change of friction"])
 def test_incomplete_steps_need_their_replay(events):
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
     found = recompute.asperity(history, 0, -1)
-    assert found.tangential_load == pytest.approx(
-        history["tangential_load"].values[-1, 0], rel=1e-12
-    )
+    assert found.tangential_load == approx(history["tangential_load"].values[-1, 0], rel=1e-12)
     history.encoding.clear()
     with refused("leave out part of its load history"):
         recompute.asperity(history, 0, -1)

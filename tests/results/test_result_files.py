@@ -6,8 +6,8 @@ import inspect
 import h5py
 import netCDF4
 import numpy as np
-import pytest
 from pairs import STIFF as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.errors import InputError
@@ -25,7 +25,7 @@ ROUGH = hs.Ensemble(PAIR, [0.0, -5e-9, -9e-9], 1e-5, 0.2)
 JOB = hs.Replay(ROUGH, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 8e-9)], substeps=3)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("files")
     hs.Replay(BALL, EVENTS, substeps=50).write(folder / "r.nc")
@@ -58,8 +58,8 @@ def test_file_types_are_recognised(folder):
     assert read_table(folder / "l.nc").sizes == {"loop": 1, "direction": 2}
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
+@mark.parametrize(
+    "name, message",
     [
         ("none.nc", "there is no such file"),
         (".", "is a folder"),
@@ -72,7 +72,7 @@ def test_file_types_are_recognised(folder):
 )
 def test_an_error_names_the_type_of_a_file_that_is_not_a_result(folder, name, message):
     for reader in (open_result, open_file_history):
-        with pytest.raises(InputError, match=message), reader(folder / name):
+        with raises(InputError, match=message), reader(folder / name):
             pass
 
 
@@ -89,9 +89,7 @@ def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     content = bytearray(path.read_bytes())
     content[content.index(chunk)] ^= 1
     path.write_bytes(content)
-    damaged = pytest.raises(
-        hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again"
-    )
+    damaged = raises(hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again")
     with damaged, open_result(path) as recorded:
         history_summary.summary(recorded)
 
@@ -106,8 +104,8 @@ MOVES = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("ensemble", "events", "options"),
+@mark.parametrize(
+    "ensemble, events, options",
     [
         (ROUGH, MOVES, {"record": "touching"}),
         (ROUGH, MOVES, {"record": "totals"}),
@@ -151,7 +149,7 @@ def test_a_file_and_its_dataset_have_one_summary(tmp_path, ensemble, events, opt
         assert [*hs.show(path, attributes=True)] == [*hs.show(history, attributes=True)]
 
 
-@pytest.mark.parametrize("name", ["r.nc", "r.history", "t.nc"])
+@mark.parametrize("name", ["r.nc", "r.history", "t.nc"])
 def test_an_open_file_is_held_by_no_suspended_generator(folder, name):
     # the garbage collector would end the generator at any allocation, also while this thread holds
     # a lock of xarray

@@ -4,11 +4,11 @@ import csv
 
 import h5py
 import numpy as np
-import pytest
 import xarray as xr
 from conventions import conventions, discovery
 from golden import refused
 from pairs import STIFF as PAIR
+from pytest import fixture, mark
 
 import historysim as hs
 from historysim.results import tables
@@ -30,12 +30,12 @@ SPREAD = xr.Dataset(
 )
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def history():
     return hs.replay(hs.Ensemble(PAIR, [0.0, -5e-9], 1e-3, 0.2), EVENTS, substeps=20)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def answers(history):
     return {
         "shares": history.contact.slip_shares(),
@@ -51,7 +51,7 @@ def read(path):
         return list(csv.reader(stream))
 
 
-@pytest.mark.parametrize("at_once", [1 << 20, 5])
+@mark.parametrize("at_once", [1 << 20, 5])
 def test_a_row_for_each_member_of_the_first_dimension_and_others_in_the_header(
     tmp_path, monkeypatch, at_once
 ):
@@ -114,7 +114,7 @@ def test_a_table_without_numbers_to_draw_is_refused():
     assert "needs at least two columns of numbers" in hs.report(table)
 
 
-@pytest.mark.parametrize("at_once", [1 << 20, 7])
+@mark.parametrize("at_once", [1 << 20, 7])
 def test_a_history_over_time_is_read_back(history, tmp_path, monkeypatch, at_once):
     monkeypatch.setattr(tables, "CELLS_AT_ONCE", at_once)
     series = history.contact.time_series()
@@ -155,7 +155,7 @@ def test_tables_follow_the_conventions_of_catalogues(answers, tmp_path):
         assert found["friction_force"].attrs["coverage_content_type"] == "modelResult"
 
 
-@pytest.fixture
+@fixture
 def sweep():
     drift = {"units": "m", "long_name": "drift, ± of it"}
     load = {"units": "N", "long_name": "load of the scenario"}

@@ -3,8 +3,8 @@
 import re
 
 import numpy as np
-import pytest
 from golden import refused
+from pytest import approx, fixture, mark, warns
 from records import scenario_text, write_columns
 
 import historysim as hs
@@ -18,7 +18,7 @@ NOISE = np.random.default_rng(0).normal(0, 0.1, TIME.size)
 NOTCHED = {"tangential_displacement": '{ column = "u", unit = "nm", notch = "50 Hz" }'}
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     load = 0.01 * np.clip(CLEAN / 30, -1, 1)
@@ -159,7 +159,7 @@ def test_the_rounding_of_printed_digits_is_no_hum(tmp_path):
 # ---------------------------------------------------------------- a rounded clock, or none
 
 
-@pytest.fixture
+@fixture
 def rounded(folder):
     """The clock of the record to 10 ms, which four samples share, and the scenario with and without it."""
     load = 0.01 * np.clip(CLEAN / 30, -1, 1)
@@ -190,19 +190,19 @@ def test_a_filter_on_a_rounded_clock_names_the_rate(rounded):
         hs.load(write()).measurement()
 
 
-@pytest.mark.filterwarnings("ignore:.*the tangential displacement turns")
+@mark.filterwarnings("ignore:.*the tangential displacement turns")
 def test_a_rate_in_place_of_the_clock_filters_and_keeps_every_sample(rounded):
     write, text = rounded
     path = write(without_clock(text), 'rate = "400 Hz"')
     found = hs.load(path).measurement()
-    assert found.time == pytest.approx(TIME, abs=1e-9)
+    assert found.time == approx(TIME, abs=1e-9)
     assert np.abs(found["tangential_displacement"] - 1e-9 * CLEAN)[800:-800].max() < 0.1e-9
     assert dict(found.remarks)["clock"] == "400 Hz, from 0 s"
     assert hs.run(path).sizes["step"] == TIME.size
 
 
-@pytest.mark.parametrize(
-    ("rate", "expected"),
+@mark.parametrize(
+    "rate, expected",
     [
         ("", "notch: needs the times of the record; .* as in loading.rate"),
     ],
@@ -213,7 +213,7 @@ def test_a_missing_clock_and_a_wrong_rate_are_errors(rounded, rate, expected):
         hs.load(write(without_clock(text), rate))
 
 
-@pytest.mark.filterwarnings("ignore:.*the tangential displacement turns")
+@mark.filterwarnings("ignore:.*the tangential displacement turns")
 def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
     write, text = rounded
     plain = text.replace(', notch = "50 Hz"', "")
@@ -222,9 +222,7 @@ def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
         "3,600 of 4,800 samples have the time of the sample before, the first one at line 3"
     )
     assert "rate =" in remark
-    with pytest.warns(
-        UserWarning, match="3,600 of 4,800 samples have the time of the sample before"
-    ):
+    with warns(UserWarning, match="3,600 of 4,800 samples have the time of the sample before"):
         assert hs.run(write(plain)).sizes["step"] == 1200
     with refused("rise from sample to sample; if the clock was rounded, give the constant"):
         hs.load(write(plain, 'interval = "20 ms"')).measurement()

@@ -1,13 +1,13 @@
 """Slips in TOML: the message shows the line, and how to mend it."""
 
-import pytest
+from pytest import mark, raises
 
 from historysim.errors import InputError
 from historysim.scenario.document import parse_toml
 
 
-@pytest.mark.parametrize(
-    ("line", "mend"),
+@mark.parametrize(
+    "line, mend",
     [
         ("radius = 2.5 mm", 'a value with a unit needs quotes; expected radius = "2.5 mm"'),
         (
@@ -40,13 +40,13 @@ from historysim.scenario.document import parse_toml
     ],
 )
 def test_a_slip_is_shown_with_its_line_and_its_mend(line, mend):
-    with pytest.raises(InputError) as caught:
+    with raises(InputError) as caught:
         parse_toml(f"title = 'a'\n{line}\n")
     number, _, shown = str(caught.value).removeprefix("is not TOML: line ").partition(": ")
     assert shown.startswith(f"{line.splitlines()[int(number) - 2].strip()}: {mend}")
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "source",
     [
         "a = " + "[" * 100_000,
@@ -57,6 +57,6 @@ def test_a_slip_is_shown_with_its_line_and_its_mend(line, mend):
     ],
 )
 def test_any_other_text_is_refused_in_brief_and_at_once(source):
-    with pytest.raises(InputError) as caught:
+    with raises(InputError) as caught:
         parse_toml(source)
     assert len(str(caught.value)) < 250

@@ -1,10 +1,10 @@
 """Records that are several: runs in one table, by where the clock starts again or by a column, and each by itself."""
 
 import numpy as np
-import pytest
 import synthetic
 from click.testing import CliRunner
 from golden import refused
+from pytest import approx, fixture, mark
 from records import write_columns
 
 import historysim as hs
@@ -40,7 +40,7 @@ parameters = ["friction"]
 FRICTION = (0.2, 0.15, 0.1)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def folder(tmp_path_factory):
     """Three runs of one table, whose clock begins again, each with less friction; the last one rests."""
     folder = tmp_path_factory.mktemp("runs")
@@ -69,25 +69,25 @@ def test_a_clock_that_starts_again_is_reported(folder):
         loaded(folder, "").measurement()
 
 
-@pytest.mark.parametrize(
-    ("run", "friction"), [("run = 1", 0.2), ("run = 2", 0.15), ('run = 20\nruns_by = "Step"', 0.15)]
+@mark.parametrize(
+    "run, friction", [("run = 1", 0.2), ("run = 2", 0.15), ('run = 20\nruns_by = "Step"', 0.15)]
 )
 def test_one_run_is_taken(folder, run, friction):
     loops = hs.loops(loaded(folder, run))
-    assert loops.statistics("friction_coefficient").mean == pytest.approx(friction, rel=0.01)
+    assert loops.statistics("friction_coefficient").mean == approx(friction, rel=0.01)
     assert any(
         label == "run" and text.endswith("one of 3 runs, 961 samples")
         for label, text in loops.remarks
     )
 
 
-@pytest.mark.parametrize("by", ["", '\nruns_by = "Step"'])
+@mark.parametrize("by", ["", '\nruns_by = "Step"'])
 def test_each_run_by_itself(folder, by):
     scenario = loaded(folder, f'run = "each"{by}')
     runs = each_run(scenario, hs.loops)
     assert [run.number for run in runs] == ([10, 20, 30] if by else [1, 2, 3])
     found = [run.result.statistics("friction_coefficient").mean for run in runs[:2]]
-    assert found == pytest.approx(FRICTION[:2], rel=0.01)
+    assert found == approx(FRICTION[:2], rel=0.01)
     assert runs[2].result is None
     assert "the tangential displacement rests" in runs[2].problem
 
@@ -135,7 +135,7 @@ def cycle(amplitude, count=200):
     return moved, np.clip(np.where(falls, load, -load), -14, 14)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def cycles(tmp_path_factory):
     """Write a file for each cycle, with a clock that continues, and a picture; return the folder and the areas [J]."""
     folder, areas = tmp_path_factory.mktemp("cycles"), {}
@@ -153,8 +153,8 @@ def cycles(tmp_path_factory):
 LISTED = '["c/c10.csv", "c/c2.csv", "c/c1.csv"]\nrun = "each"'
 
 
-@pytest.mark.parametrize(
-    ("files", "names"),
+@mark.parametrize(
+    "files, names",
     [
         (LISTED, [*CYCLES]),
         ('"c/*.csv"', ["c1.csv", "c2.csv", "c10.csv"]),
@@ -170,7 +170,7 @@ def test_each_file_is_a_run(files, names, cycles):
     found = hs.loops(scenario)
     loops = [found] if isinstance(found, Loops) else [run.result for run in found]
     energy = [float(evaluated.dissipated_energy.sum()) for evaluated in loops]
-    assert energy == pytest.approx([areas[name] for name in names], rel=1e-9)
+    assert energy == approx([areas[name] for name in names], rel=1e-9)
     assert all(len(evaluated) == 1 for evaluated in loops)
 
 
@@ -184,7 +184,7 @@ def write_files_scenario(folder, files, name="s.toml"):
     return folder / name
 
 
-@pytest.mark.filterwarnings("ignore:.*is its zero")
+@mark.filterwarnings("ignore:.*is its zero")
 def test_all_verbs_accept_several_files(cycles, monkeypatch, tmp_path):
     folder, _ = cycles
     path = write_files_scenario(folder, '"c/*.csv"')
@@ -206,7 +206,7 @@ def test_all_verbs_accept_several_files(cycles, monkeypatch, tmp_path):
         assert done.exit_code == 0, done.output
         assert all((tmp_path / name).is_file() for name in files)
     again = hs.compare("s_fitted_2.toml")
-    assert again.residuals.rms == pytest.approx(fitted[1].result.comparison.residuals.rms)
+    assert again.residuals.rms == approx(fitted[1].result.comparison.residuals.rms)
 
 
 def test_a_set_of_files_is_checked(cycles, monkeypatch):

@@ -4,9 +4,10 @@ import tomllib
 
 import exports
 import numpy as np
-import pytest
 import synthetic
 from click.testing import CliRunner
+from numpy.testing import assert_allclose
+from pytest import mark, raises, warns
 
 import historysim as hs
 from historysim.cli import main
@@ -37,8 +38,8 @@ def scenario(folder, content, loading, columns):
     return load(path)
 
 
-@pytest.mark.parametrize(
-    ("load_of", "expected"),
+@mark.parametrize(
+    "load_of, expected",
     [
         ("{ sum = ['Fz', 'Fx'] }", np.add(exports.NORMAL, exports.FRICTION) * 1e-3),
         ("{ difference = ['Fz', 'Fx'] }", np.subtract(exports.NORMAL, exports.FRICTION) * 1e-3),
@@ -51,21 +52,19 @@ def scenario(folder, content, loading, columns):
 def test_a_load_of_several_columns(tmp_path, load_of, expected):
     columns = f"time = 'Time'\nnormal_load = {load_of}"
     measured = scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns).measurement()
-    np.testing.assert_allclose(measured["normal_load"], expected, rtol=1e-13)
+    assert_allclose(measured["normal_load"], expected, rtol=1e-13)
 
 
 def test_without_a_clock_the_row_is_the_time(tmp_path):
     columns = "normal_load = 'Fz'\ntangential_displacement = 'X'"
     measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 2", columns).measurement()
     assert measured.time.tolist() == [0.0, 1, 2, 3]
-    np.testing.assert_allclose(
-        measured["tangential_displacement"], np.multiply(exports.STROKE, 1e-6)
-    )
+    assert_allclose(measured["tangential_displacement"], np.multiply(exports.STROKE, 1e-6))
     assert ("clock", "no column for time: the row number, from 0 s") in measured.remarks
 
 
 def test_blocks_of_one_file_are_not_joined(tmp_path):
-    with pytest.raises(InputError, match=r"loading.block: .*; expected the number of one block"):
+    with raises(InputError, match=r"loading.block: .*; expected the number of one block"):
         scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = [1, 2]", TWO)
 
 
@@ -80,11 +79,11 @@ def test_files_follow_one_another(tmp_path):
     (tmp_path / "b.txt").write_text(later, encoding="utf-8")
     assert loaded.measurement().time.tolist() == [0.0, 0.5, 1, 1.5, 9.5, 10, 10.5, 11]
     (tmp_path / "b.txt").write_text(exports.step(9), encoding="utf-8")
-    np.testing.assert_allclose(measured["normal_load"], np.multiply(exports.NORMAL * 2, 1e-3))
+    assert_allclose(measured["normal_load"], np.multiply(exports.NORMAL * 2, 1e-3))
     assert [path.name for path in loaded.measured_files] == ["a.txt", "b.txt"]
-    with pytest.raises(InputError, match=r"loading.file: c.txt: there is no such file"):
+    with raises(InputError, match=r"loading.file: c.txt: there is no such file"):
         scenario(tmp_path, exports.step(1), "file = ['a.txt', 'c.txt']", TWO).measurement()
-    with pytest.raises(InputError, match=r"loading.file: .*; expected the path of a file"):
+    with raises(InputError, match=r"loading.file: .*; expected the path of a file"):
         scenario(tmp_path, exports.step(1), "file = []", TWO)
 
 
@@ -108,8 +107,8 @@ def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     assert measured["normal_load"].tolist() == [0.01, 0.0105, 0.011, 0.01]
 
 
-@pytest.mark.parametrize(
-    ("loads", "expected"),
+@mark.parametrize(
+    "loads, expected",
     [
         ("-0.04 20 80 -0.01 70", "Fn [mN]"),
         ("0.04 -20 -80 0.01 -70", {"column": "Fn [mN]", "scale": -1}),
@@ -141,9 +140,9 @@ CHANNELS = {
 CONSTANT = {"constant": "50 N"}
 
 
-@pytest.mark.filterwarnings("ignore:m.csv. normal load. .* Hz")
-@pytest.mark.parametrize(
-    ("header", "order", "normal", "stroke", "friction"),
+@mark.filterwarnings("ignore:m.csv. normal load. .* Hz")
+@mark.parametrize(
+    "header, order, normal, stroke, friction",
     [
         ("t (s),F (N),x (µm)", "tTu", CONSTANT, 3, 2),
         ("Time (s),Force (N),Force (N),Displacement (µm)", "tTNu", (2, 2), 4, (1, 2)),
@@ -189,8 +188,8 @@ SLOW, COF = np.arange(400.0), 0.11 + 0.002 * np.cos(np.arange(400))
 INSTRUMENT = "Force [N],Position [um]"
 
 
-@pytest.mark.parametrize(
-    ("header", "columns", "time", "rate"),
+@mark.parametrize(
+    "header, columns, time, rate",
     [
         (
             "Time,Analog 1,Analog 2\nms," + INSTRUMENT,
@@ -229,12 +228,12 @@ def test_the_time_is_found_by_values_and_header(tmp_path, header, columns, time,
     assert loaded.sections.loading.rate == rate
     measured = loaded.measurement()
     step = 1.0 if time is None and rate is None else 5e-4
-    np.testing.assert_allclose(measured.time, step * SLOW, rtol=1e-6, atol=1e-12)
-    np.testing.assert_allclose(measured["tangential_displacement"], 1e-6 * X, rtol=1e-7, atol=1e-14)
+    assert_allclose(measured.time, step * SLOW, rtol=1e-6, atol=1e-12)
+    assert_allclose(measured["tangential_displacement"], 1e-6 * X, rtol=1e-7, atol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("header", "columns", "load"),
+@mark.parametrize(
+    "header, columns, load",
     [
         (
             "Time [s],Frequency [Hz],COF effective value,Load [N],Friction integral,COF,Stroke [mm]",
@@ -297,8 +296,8 @@ def test_validate_states_that_nothing_moves_and_what_loops_need(tmp_path):
     assert "no [friction]" in str(hs.validate(made.path))
 
 
-@pytest.mark.parametrize(
-    ("load_of", "expected"),
+@mark.parametrize(
+    "load_of, expected",
     [
         ("{ column = 'F', scale = '100 N/V' }", [10.0, 20.0]),
         ("{ column = 'F', scale = '-50 mN/mV', unit = 'mV' }", [-0.005, -0.01]),
@@ -314,9 +313,9 @@ def test_a_scale_has_the_unit_of_its_channel_over_that_of_the_column(tmp_path, l
     measured = scenario(
         tmp_path, content, "file = 'a.txt'", f"tangential_load = {load_of}"
     ).measurement()
-    np.testing.assert_allclose(measured["tangential_load"], expected, rtol=1e-13)
+    assert_allclose(measured["tangential_load"], expected, rtol=1e-13)
     for wrong in ("100 N", "20 mm/V", "fast"):
-        with pytest.raises(
+        with raises(
             InputError, match=r"tangential_load.scale: .*; expected a number, or one with the unit"
         ):
             scenario(
@@ -327,8 +326,8 @@ def test_a_scale_has_the_unit_of_its_channel_over_that_of_the_column(tmp_path, l
             )
 
 
-@pytest.mark.parametrize(
-    ("keys", "named"), [("coefficient = 3.0", "friction"), ("radius = 2.5", "summit_radius")]
+@mark.parametrize(
+    "keys, named", [("coefficient = 3.0", "friction"), ("radius = 2.5", "summit_radius")]
 )
 def test_python_and_toml_warn_alike_of_implausible_values(tmp_path, keys, named):
     changed = (
@@ -346,7 +345,7 @@ def test_python_and_toml_warn_alike_of_implausible_values(tmp_path, keys, named)
         lambda: load(tmp_path / "s.toml").ensemble(),
         lambda: hs.Ensemble(pair, 0.0, **values),
     ):
-        with pytest.warns(hs.UnlikelyValueWarning, match=f"^{named} is .* implausible") as caught:
+        with warns(hs.UnlikelyValueWarning, match=f"^{named} is .* implausible") as caught:
             call()
         warned.append(str(caught[0].message))
     assert warned[0] == warned[1]
@@ -388,8 +387,8 @@ COEFFICIENTS = "x,COF,Fn\nmm,-,N\n0,0.20,10\n1,0.25,20\n2,0.30,40\n"
 AFM = "x,trace,retrace\nµm,nN,nN\n0,-3,-5\n1,4,-5\n2,5,-5\n3,5,-4\n4,5,3\n"
 
 
-@pytest.mark.parametrize(
-    ("keys", "expected"),
+@mark.parametrize(
+    "keys, expected",
     [("", [2.0, 5.0, 12.0]), (", scale = -2", [-4.0, -10.0, -24.0]), (", offset = 1", [3, 6, 13])],
 )
 def test_friction_coefficients_are_multiplied_by_the_normal_load(tmp_path, keys, expected):
@@ -398,12 +397,12 @@ def test_friction_coefficients_are_multiplied_by_the_normal_load(tmp_path, keys,
         f"tangential_load = {{ column = 'COF', times = 'normal_load'{keys} }}"
     )
     measured = scenario(tmp_path, COEFFICIENTS, "file = 'a.txt'", columns).measurement()
-    np.testing.assert_allclose(measured["tangential_load"], expected, rtol=1e-13)
+    assert_allclose(measured["tangential_load"], expected, rtol=1e-13)
     constant = columns.replace("'Fn'", "{ constant = 10 }", 1)
     measured = scenario(tmp_path, COEFFICIENTS, "file = 'a.txt'", constant).measurement()
     first = (expected[0] - 1 if "offset" in keys else expected[0]) / 0.2
     ratio = np.array([0.2, 0.25, 0.3]) * first + ("offset" in keys)
-    np.testing.assert_allclose(measured["tangential_load"], ratio, rtol=1e-13)
+    assert_allclose(measured["tangential_load"], ratio, rtol=1e-13)
 
 
 def test_trace_and_retrace_are_one_loop(tmp_path):
@@ -413,23 +412,23 @@ def test_trace_and_retrace_are_one_loop(tmp_path):
     )
     made = scenario(tmp_path, AFM, "file = 'a.txt'", columns)
     measured = made.measurement()
-    np.testing.assert_allclose(
+    assert_allclose(
         measured["tangential_displacement"] * 1e6, [0, 1, 2, 3, 4, 4, 3, 2, 1, 0], atol=1e-12
     )
-    np.testing.assert_allclose(
+    assert_allclose(
         measured["tangential_load"] * 1e9, [-3, 4, 5, 5, 5, 3, -4, -5, -5, -5], atol=1e-12
     )
     assert (np.diff(measured.time) > 0).all()
     assert dict(measured.remarks)["retrace"] == "5 samples after the trace, in reverse order"
     loops = hs.loops(made)
     assert len(loops) == 1
-    np.testing.assert_allclose(loops.friction_coefficient, 0.1, rtol=1e-9)
+    assert_allclose(loops.friction_coefficient, 0.1, rtol=1e-9)
     # by the trapezoidal rule, trace less retrace: 5.5 + 9.5 + 9.5 + 5.5
-    np.testing.assert_allclose(loops.dissipated_energy, [30e-15], rtol=1e-9)
+    assert_allclose(loops.dissipated_energy, [30e-15], rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("heading", "expected"),
+@mark.parametrize(
+    "heading, expected",
     [
         (
             "Time (s),Normal Load (N),COF,Displacement (um)",

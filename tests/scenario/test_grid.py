@@ -4,8 +4,8 @@ import itertools
 import tomllib
 
 import numpy as np
-import pytest
 from golden import refused
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.scenario.grid import build_grid, expand, path_of_key, text_with_values, with_values
@@ -54,8 +54,8 @@ def test_tables_are_keys_with_dots():
     }
 
 
-@pytest.mark.parametrize(
-    ("given", "values"),
+@mark.parametrize(
+    "given, values",
     [
         ([1, "2 nm", [3, 4]], [1, "2 nm", [3, 4]]),
         (range(3), [0, 1, 2]),
@@ -104,8 +104,8 @@ radius = "2.5 mm"
 """
 
 
-@pytest.mark.parametrize(
-    ("key", "place"),
+@mark.parametrize(
+    "key, place",
     [
         ("title", ("title",)),
         ("friction.coefficient", ("friction", "coefficient")),
@@ -129,7 +129,7 @@ NO_KEYS = (
 )
 
 
-@pytest.mark.parametrize("key", NO_KEYS)
+@mark.parametrize("key", NO_KEYS)
 def test_an_invalid_key_is_refused(key):
     with refused("is not a key; expected names"):
         path_of_key(key)
@@ -183,8 +183,8 @@ AWKWARD = (
 )
 
 
-@pytest.mark.parametrize("source", AWKWARD)
-@pytest.mark.parametrize(
+@mark.parametrize("source", AWKWARD)
+@mark.parametrize(
     "values", [{"b.z": 4}, {"b.c.x": 9}, {"a": 5}, {"a[1]": 5}, {"d.e": {"f": 1}}, {"new.one": 1}]
 )
 def test_any_text_means_what_is_asked_for(source, values):
@@ -200,7 +200,7 @@ def test_a_scenario_with_other_values(tmp_path):
     path.write_text(BALL, encoding="utf-8")
     changed = hs.load(path, {"friction.coefficient": 0.3, "surface.radius": "1 mm"})
     assert changed.sections.friction.coefficient == 0.3
-    assert changed.ensemble().summit_radius == pytest.approx([1e-3])
+    assert changed.ensemble().summit_radius == approx([1e-3])
     written = tmp_path / "changed.toml"
     written.write_text(changed.text, encoding="utf-8")
     history = hs.run(changed)

@@ -1,6 +1,6 @@
 """``[friction]`` with a law, ``[wear]``, ``surface.yielding``, and what else evolves in a scenario."""
 
-import pytest
+from pytest import approx, mark, raises
 
 import historysim as hs
 from historysim.asperities import laws
@@ -28,8 +28,8 @@ def loaded(folder, friction=COULOMB, more='normal_load = "90 mN"'):
     return hs.load(path)
 
 
-@pytest.mark.parametrize(
-    ("sections", "name", "law"),
+@mark.parametrize(
+    "sections, name, law",
     [
         (
             '[friction]\nlaw = "shear strength"\nshear_strength = "11 MPa"',
@@ -64,14 +64,14 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
         .dataset()
     )
     displacement = hs.analysis.preliminary_displacement(history).values
-    assert displacement * 1e9 == pytest.approx([5.50, 11.44], abs=0.005)
+    assert displacement * 1e9 == approx([5.50, 11.44], abs=0.005)
     assert history.friction_law.startswith(
         "Bowden-Tabor: shear strength 11.37 MPa on the Hertz area"
     )
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
+@mark.parametrize(
+    "more, said",
     [
         ("normal_load = 0.1, asperities = [0]", "asperities: given without friction"),
         ("friction = 0.1, asperities = [3]", "asperity 3 does not exist"),
@@ -79,7 +79,7 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
     ],
 )
 def test_a_wrong_change_of_asperities_is_refused(tmp_path, more, said):
-    with pytest.raises(hs.InputError, match=said):
+    with raises(hs.InputError, match=said):
         loaded(tmp_path, more=more).build()
 
 

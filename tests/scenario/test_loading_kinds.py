@@ -3,8 +3,8 @@
 import json
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pytest import fixture, mark, raises
 from records import scenario_text, write_columns
 
 import historysim as hs
@@ -17,7 +17,7 @@ MOVED = np.array([0, 1, 2, 1, 0, -1, -2, -1, 0, 1, 2, 1, 0, -1, -2.0])
 FORCE = 0.01 * MOVED
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path):
     write_columns(tmp_path / "m.csv", t=TIME, N=LOAD, u=MOVED, T=FORCE, t2=TIME + 0.25, p=10 * TIME)
     return tmp_path
@@ -34,7 +34,7 @@ def record(folder, *arguments, **options):
 
 
 def refusal(folder, *arguments, **options):
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         loaded(folder, *arguments, **options).events()
     return str(refused.value)
 
@@ -46,8 +46,8 @@ def remarks(found):
 # -- what each key does ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("channel", "expected"),
+@mark.parametrize(
+    "channel, expected",
     [
         ('{ column = "N", unit = "mN", scale = 2, offset = 1 }', 2e-3 * LOAD + 1),
         ('{ column = "p", unit = "MPa", area = "3 mm2" }', 30 * TIME),
@@ -62,8 +62,8 @@ def test_a_load_channel_in_si(folder, channel, expected):
     )
 
 
-@pytest.mark.parametrize("shift", [-0.4, 2.5])
-@pytest.mark.parametrize("own", [False, True])
+@mark.parametrize("shift", [-0.4, 2.5])
+@mark.parametrize("own", [False, True])
 def test_a_channels_own_clock_and_shift(folder, own, shift):
     clock = TIME + 0.25 if own else TIME
     time = 'time = "t2", ' if own else ""
@@ -103,8 +103,8 @@ def test_clocks_may_have_samples_of_their_own_number(folder):
     assert_allclose(found["normal_load"], np.interp(TIME[inside], slow, slow**2), rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("keys", "inside"),
+@mark.parametrize(
+    "keys, inside",
     [
         ('end = "5000 ms"', TIME <= 5),
         ("start = 2.5\nend = 8.5", (TIME > 2.5) & (TIME < 8.5)),
@@ -232,8 +232,8 @@ def test_a_backlash_is_taken_up(folder):
     assert remarks(found) == {"tangential displacement: backlash removed": "500 mm"}
 
 
-@pytest.mark.parametrize("closing", ["", ', closing_load = "10 mN"'])
-@pytest.mark.parametrize("replayed", ["tangential_displacement", "tangential_load"])
+@mark.parametrize("closing", ["", ', closing_load = "10 mN"'])
+@mark.parametrize("replayed", ["tangential_displacement", "tangential_load"])
 def test_free_play_is_taken_off_by_the_load(folder, closing, replayed):
     channels = {
         "tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}',
@@ -338,7 +338,7 @@ def test_a_channel_that_runs_on_unnamed_is_reported_and_may_be_held(tmp_path):
     ]
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "written",
     [
         # it is where it was; it is named at the same time; nothing comes after; it begins later
@@ -383,7 +383,7 @@ waypoints = [
         found["total_tangential_load"], expected["total_tangential_load"], rtol=1e-12
     )
     assert scenario.measurement().time.size == 50
-    with pytest.raises(
+    with raises(
         InputError, match=r"loading\.blocks: only run replays blocks before a record: .*skip = 1"
     ):
         hs.compare(folder / "s.toml")
@@ -393,5 +393,5 @@ def test_errors_of_blocks_before_a_record_name_the_waypoint(folder):
     write_columns(folder / "m.csv", t=[0, 1], N=[0.05, 0.05], u=[0, 1])
     block = '[[loading.blocks]]\nwaypoints = [{ after = "1 s", normal_load = "50 mN", tangential_load = "1 N" }]'
     (folder / "s.toml").write_text(scenario_text(loading=block), encoding="utf-8")
-    with pytest.raises(LoadError, match=r"loading\.blocks\[0\]\.waypoints\[0\]"):
+    with raises(LoadError, match=r"loading\.blocks\[0\]\.waypoints\[0\]"):
         hs.run(folder / "s.toml")

@@ -1,11 +1,11 @@
 """Pictures of whatever has one, by one call."""
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
 from matplotlib.figure import Figure
 from pairs import STIFF as PAIR
+from pytest import fixture, mark
 from records import BALL
 
 import historysim as hs
@@ -26,12 +26,12 @@ waypoints = [{ time = 0, normal_load = "50 mN" }]
 """
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def history():
     return hs.replay(ROUGH, EVENTS, substeps=50)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def files(tmp_path_factory, history):
     tmp_path = tmp_path_factory.mktemp("files")
     hs.Replay(ROUGH, EVENTS, substeps=50).write(tmp_path / "r.nc")
@@ -52,8 +52,8 @@ PRESSED = ROUGH.advance(ROUGH.initial_state(), normal_load=0.1)
 ADHESION = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
 
 
-@pytest.mark.parametrize(
-    ("make", "title"),
+@mark.parametrize(
+    "make, title",
     [
         (lambda history: history, "Friction loop"),
         (lambda _: SURFACE, "Surface and summits"),
@@ -81,8 +81,8 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
         hs.plot(opened, step=-1)
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "title"),
+@mark.parametrize(
+    "name, options, title",
     [
         ("r.nc", {"step": "peak"}, "Asperity distribution"),
         ("s.toml", {"picture": "contact-map"}, "Asperity distribution"),
@@ -98,8 +98,8 @@ def test_files_are_drawn_by_their_type(files, name, options, title):
     assert title in titles(hs.plot(str(files / name), **options))
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "said"),
+@mark.parametrize(
+    "name, options, said",
     [
         (
             "r.nc",
@@ -119,7 +119,7 @@ def test_options_that_do_not_fit_are_errors(files, name, options, said):
         hs.plot(files / name, **options)
 
 
-@pytest.mark.parametrize("what", [None, ROUGH, xr.Dataset({"a": 1})])
+@mark.parametrize("what", [None, ROUGH, xr.Dataset({"a": 1})])
 def test_objects_without_a_picture_are_refused(what):
     with refused(r"this .* (has no picture|is not a history); expected"):
         hs.plot(what)

@@ -1,7 +1,7 @@
 """What prepares a height map, as keys of ``[surface]``, and what is told of it and of the contact that it makes."""
 
 import numpy as np
-import pytest
+from pytest import fixture, mark
 from sections import LINES, ROUGH, loaded, write_files
 
 import historysim as hs
@@ -21,7 +21,7 @@ PRESSED = LINES.replace("= 1e9", "= 50e9").replace("normal_load = 0", "normal_lo
 MAP = {"kind": "measured", "file": "map.npy", "pixel_size": 1e-6, "height_unit": "m"}
 
 
-@pytest.fixture
+@fixture
 def measured():
     """Roughness on a cubic form, with spikes, dirt and a hole."""
     surface = random_surface((64, 50), 1e-6, 1e-8, 8e-6, seed=1)
@@ -33,7 +33,7 @@ def measured():
     return hs.Surface(heights, 1e-6)
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, measured):
     write_files(tmp_path)
     np.save(tmp_path / "map.npy", measured.heights)
@@ -48,8 +48,8 @@ def same(found, surface, **options):
     assert found.summits.radius.tobytes() == summits.radius.tobytes()
 
 
-@pytest.mark.parametrize(
-    ("keys", "by_functions"),
+@mark.parametrize(
+    "keys, by_functions",
     [
         ({"crop_x": ["10 µm", 40e-6]}, lambda s: s.cropped(x=(10e-6, 40e-6)).detrended()),
         ({"form": "polynomial", "degree": 3}, lambda s: s.detrended("polynomial", 3)),
@@ -80,7 +80,7 @@ def test_a_key_equals_its_function_bit_for_bit(folder, measured, keys, by_functi
     same(loaded(folder, {**MAP, **keys}).surface(), by_functions(measured))
 
 
-@pytest.mark.parametrize(("prune", "share"), [(True, 0.05), (0.2, 0.2), (False, 0.0), (0, 0.0)])
+@mark.parametrize("prune, share", [(True, 0.05), (0.2, 0.2), (False, 0.0), (0, 0.0)])
 def test_summits_are_pruned_by_a_share_of_the_height_range(folder, prune, share):
     surface = random_surface(**{key: value for key, value in RANDOM.items() if key != "kind"})
     found = loaded(folder, {**RANDOM, "prune": prune}).surface()

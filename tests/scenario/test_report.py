@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
+from pytest import approx, fixture, mark, raises
 
 import historysim as hs
 from historysim.basics.units import quantity_text
@@ -41,14 +41,14 @@ tangential_load = { column = "Ft", unit = "N" }
 """
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ball.toml").write_text(BALL, encoding="utf-8")
     return tmp_path
 
 
-@pytest.fixture
+@fixture
 def measured(folder):
     history = hs.run("ball.toml")
     names = ("time", "total_normal_load", "tangential_displacement", "total_tangential_load")
@@ -67,7 +67,7 @@ def call(*arguments):
     return CliRunner().invoke(main, list(arguments))
 
 
-@pytest.mark.usefixtures("folder")
+@mark.usefixtures("folder")
 def test_loops_by_their_loads_have_a_report_with_a_column_for_each_load():
     again = "".join(
         f'    {{ after = 1, tangential_displacement = "{way} nm" }},\n'
@@ -99,7 +99,7 @@ def test_a_sweep_has_a_report(folder):
     assert "historysim sweep scenario.toml" in text
 
 
-@pytest.mark.usefixtures("measured")
+@mark.usefixtures("measured")
 def test_a_scenario_is_compared_with_its_record():
     text = hs.report("measured.toml")
     assert "rms difference" in text
@@ -107,18 +107,18 @@ def test_a_scenario_is_compared_with_its_record():
     assert "historysim compare scenario.toml" in text
 
 
-@pytest.mark.usefixtures("measured")
+@mark.usefixtures("measured")
 def test_a_fit_has_a_report():
     assert call("report", "fit.toml", "-o", "f.html").exit_code == 0
     text = Path("f.html").read_text(encoding="utf-8")
     fit = hs.fit("fit.toml")
-    assert fit.values["friction"] == pytest.approx(0.2, rel=1e-3)
+    assert fit.values["friction"] == approx(0.2, rel=1e-3)
     for _, told in fit.estimates.summary():
         assert told.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;") in text
     assert "the scenario with the fitted values" in text
 
 
-@pytest.mark.usefixtures("folder")
+@mark.usefixtures("folder")
 def test_objects_without_a_report_are_refused():
     for file, told in (
         ("ball.toml", "ball.toml: loading: has no measured record; expected loading.file"),
@@ -126,6 +126,6 @@ def test_objects_without_a_report_are_refused():
         done = call("report", file)
         assert done.exit_code == 2
         assert told in done.output
-    with pytest.raises(hs.InputError, match="this Asperity: has no report; expected a result"):
+    with raises(hs.InputError, match="this Asperity: has no report; expected a result"):
         hs.report(hs.run("ball.toml").contact.asperity(0, 5))
     assert not list(Path().glob("*.html"))

@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import numpy as np
-import pytest
 from pairs import UNIT as PAIR
+from pytest import fixture, mark, raises
 
 import historysim as hs
 
@@ -47,12 +47,12 @@ EVENTS = [
 ]
 
 
-@pytest.fixture
+@fixture
 def ensemble():
     return hs.Ensemble(PAIR, HEIGHTS, RADII, 0.5)
 
 
-@pytest.fixture
+@fixture
 def scenario(tmp_path):
     path = tmp_path / "five.toml"
     path.write_text(SCENARIO, encoding="utf-8")
@@ -105,8 +105,8 @@ def test_threads_do_not_change_the_result(scenario, tmp_path):
         assert fingerprint(written) == expected
 
 
-@pytest.mark.parametrize("output", [None, "five.nc"])
+@mark.parametrize("output", [None, "five.nc"])
 def test_an_invalid_number_of_threads_leaves_no_file(scenario, tmp_path, output):
-    with pytest.raises(hs.InputError, match="threads is 0; expected a whole number of 1 or more"):
+    with raises(hs.InputError, match="threads is 0; expected a whole number of 1 or more"):
         hs.run(scenario, output and tmp_path / output, threads=0)
     assert list(tmp_path.iterdir()) == [scenario]

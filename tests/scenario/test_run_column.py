@@ -1,8 +1,8 @@
 """The column that numbers the runs of a file: found by its name and values, proposed, and noted where runs join."""
 
 import numpy as np
-import pytest
 from click.testing import CliRunner
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.cli import main
@@ -31,7 +31,7 @@ def fretting_log(path, name="Cycle", cycles=CYCLES, samples=200, spring=5.0):
     return path
 
 
-@pytest.fixture
+@fixture
 def proposed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     fretting_log(tmp_path / "log.csv")
@@ -50,12 +50,10 @@ def test_the_runs_of_a_fretting_log_are_proposed_and_each_closed_period_is_a_loo
     runs = each_run(hs.load(proposed, {"loading.run": "each"}), hs.loops)
     assert [run.number for run in runs] == list(CYCLES)
     measured = [run.result.statistics("friction_coefficient").mean for run in runs]
-    assert measured == pytest.approx(FRICTION, abs=2e-4)
+    assert measured == approx(FRICTION, abs=2e-4)
     # a rectangle less the two corners that the spring cuts off: 4 F (A - F/k)
     energy = [4 * 50 * mu * (50e-6 - 50 * mu / 5e6) for mu in FRICTION]
-    assert [float(run.result.dissipated_energy[0]) for run in runs] == pytest.approx(
-        energy, rel=5e-3
-    )
+    assert [float(run.result.dissipated_energy[0]) for run in runs] == approx(energy, rel=5e-3)
 
 
 def test_joined_runs_are_noted_and_the_note_names_the_key(proposed):
@@ -69,8 +67,8 @@ def test_joined_runs_are_noted_and_the_note_names_the_key(proposed):
     assert remark in result.stderr
 
 
-@pytest.mark.parametrize(
-    ("name", "cycles", "expected"),
+@mark.parametrize(
+    "name, cycles, expected",
     [
         ("Cycle No.", (1, 10, 100), (1, 10, 100)),
         ("Cycle", (1, 2, 3), None),  # these follow each other without a gap

@@ -1,6 +1,5 @@
 """Scenario files: what they build, and what is said about those that cannot be used."""
 
-import pytest
 from broken import (
     BLOCKS,
     DOCUMENTS,
@@ -9,6 +8,7 @@ from broken import (
     SPHERE,
     WAYPOINTS,
 )
+from pytest import approx, fixture, mark, raises
 
 from historysim.errors import InputError
 from historysim.loads.events import (
@@ -19,7 +19,7 @@ from historysim.loads.events import (
 from historysim.scenario import scenario
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path):
     for name, content in FILES.items():
         (tmp_path / name).write_text(content, encoding="utf-8")
@@ -38,7 +38,7 @@ def built(folder, text):
 
 
 def refusal(folder, text):
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         loaded(folder, text).build()
     return str(refused.value)
 
@@ -68,7 +68,7 @@ def test_inline_summits_and_a_custom_material(folder):
     assert ensemble.summit_radius.tolist() == [2e-5] * 3
     assert ensemble.friction.tolist() == [0.1, 0.2, 0.3]
     assert ensemble.x.tolist() == [0.0, 1e-5, 2e-5]
-    assert ensemble.pair.contact_modulus == pytest.approx(
+    assert ensemble.pair.contact_modulus == approx(
         1 / ((1 - 0.28**2) / 112e9 + (1 - 0.2**2) / 64e9)
     )
 
@@ -124,15 +124,13 @@ def test_channels_that_a_block_does_not_name_are_held(folder):
 def test_tables_give_summits_friction_and_loads(folder):
     found = loaded(folder, MEASURED)
     ensemble = found.ensemble()
-    assert ensemble.summit_height.tolist() == pytest.approx([0.0, 12.5e-9])
+    assert ensemble.summit_height.tolist() == approx([0.0, 12.5e-9])
     assert ensemble.summit_radius.tolist() == [1e-5, 2e-5]
     assert ensemble.friction.tolist() == [0.2, 0.1]
     events = found.events()
     assert [type(event) for event in events] == [NormalLoad, TangentialDisplacement] * 3
     assert [event.time for event in events] == [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]
-    assert [event.value for event in events] == pytest.approx(
-        [0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7]
-    )
+    assert [event.value for event in events] == approx([0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7])
     assert (
         found.sections.loading.substeps,
         found.sections.loading.saturate,
@@ -163,8 +161,8 @@ def test_a_flood_of_problems_is_cut_short(folder):
     assert "… and 990 more" in message
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
+@mark.parametrize(
+    "content, said",
     [
         (b"", "s.toml: is empty"),
         (b"\xff\xfe", "s.toml: is not UTF-8 text"),
@@ -174,11 +172,11 @@ def test_a_flood_of_problems_is_cut_short(folder):
 def test_files_that_are_no_scenario(tmp_path, content, said):
     path = tmp_path / "s.toml"
     path.write_bytes(content)
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         scenario.load(path)
     assert said in str(refused.value)
 
 
-@pytest.mark.parametrize("document", DOCUMENTS)
+@mark.parametrize("document", DOCUMENTS)
 def test_the_documents_that_are_broken_elsewhere_are_good(folder, document):
     assert built(folder, document)

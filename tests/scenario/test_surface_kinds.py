@@ -2,7 +2,7 @@
 
 import attrs
 import numpy as np
-import pytest
+from pytest import approx, fixture, mark, raises
 from sections import (
     AMOUNT,
     DENSITY,
@@ -36,7 +36,7 @@ from historysim.surfaces.summits import Summits
 from historysim.tables import Format
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path):
     write_files(tmp_path)
     return tmp_path
@@ -47,7 +47,7 @@ def built(folder, entry):
 
 
 def refusal(folder, entry):
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         loaded(folder, entry).build()
     message = str(refused.value)
     assert all(line.startswith(("s.toml: surface", "…")) for line in message.splitlines())
@@ -160,7 +160,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("entry", "by_functions"), CASES, ids=NAMES)
+@mark.parametrize("entry, by_functions", CASES, ids=NAMES)
 def test_a_kind_equals_its_function_bit_for_bit(folder, entry, by_functions):
     summits, surface = by_functions(folder)
     found = built(folder, entry)
@@ -231,7 +231,7 @@ def shifted_sum(**keys):
     return {"kind": "sum", "first": first, "second": second, "shift": [0.5e-6, 1.5e-6], **keys}
 
 
-@pytest.mark.parametrize("interpolation", ["fourier", "none"])
+@mark.parametrize("interpolation", ["fourier", "none"])
 def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolation):
     found = built(folder, shifted_sum(interpolation=interpolation))
     first, second = (random_surface(**{**OTHER, "seed": seed}) for seed in (1, 2))
@@ -239,7 +239,7 @@ def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolat
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
 
 
-@pytest.mark.parametrize("name", ["random", "measured", "sum"])
+@mark.parametrize("name", ["random", "measured", "sum"])
 def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
     plain, stretched = (
         built(folder, SECTIONS[name]),
@@ -250,9 +250,7 @@ def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
         (plain.summits.height, stretched.summits.height),
         (plain.surface.heights, stretched.surface.heights),
     ):
-        assert after - mean == pytest.approx(
-            2.5 * (before - mean), rel=1e-12, abs=1e-20, nan_ok=True
-        )
+        assert after - mean == approx(2.5 * (before - mean), rel=1e-12, abs=1e-20, nan_ok=True)
     # each summit is still on the map
     top = stretched.summits.height.max()
     assert np.abs(stretched.surface.heights - top).min() <= 1e-12 * abs(top)
@@ -260,7 +258,7 @@ def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
     assert stretched.surface.periodic == plain.surface.periodic
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "change", [{"yielding": "kogut-etsion"}, {"interaction": "none", "height_scale": 2.0}]
 )
 def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
@@ -272,8 +270,8 @@ def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
     )
 
 
-@pytest.mark.parametrize(
-    ("entry", "seeds"),
+@mark.parametrize(
+    "entry, seeds",
     [
         (SECTIONS["random"], 3),
         ({**SECTIONS["sum"], "height_scale": 2.0}, [3, 4]),
@@ -299,7 +297,7 @@ NO_SUMMIT = {
 }
 
 
-@pytest.mark.parametrize("name", NO_SUMMIT)
+@mark.parametrize("name", NO_SUMMIT)
 def test_a_map_without_summits_is_refused(folder, name):
     np.savetxt(folder / "map.txt", NO_SUMMIT[name])
     lines, columns = NO_SUMMIT[name].shape
@@ -329,7 +327,7 @@ BAD_PARTS = [
 ]
 
 
-@pytest.mark.parametrize(("part", "said"), BAD_PARTS)
+@mark.parametrize("part, said", BAD_PARTS)
 def test_errors_in_a_sum_have_the_whole_path(folder, part, said):
     where = "second.second.first"
     good = {"kind": "random", **ROUGH}
@@ -361,7 +359,7 @@ def test_sums_within_sums_have_a_deepest_one(folder):
     path.write_text(
         "".join(f'[surface{level}]\nkind = "sum"\n' for level in levels) + LINES, encoding="utf-8"
     )
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         scenario.load(path)
     assert str(refused.value) == said
 
@@ -391,8 +389,8 @@ def indented(folder, text=INDENTED, load=lambda approach: 4 / 3 * approach**1.5)
 def test_an_indentation_curve_is_a_contact(tmp_path):
     history = hs.run(indented(tmp_path))
     # theory, section 3: a ball of E* = R = 1
-    assert float(history["tangential_displacement"][-1]) == pytest.approx(8.757317e-3, rel=1e-6)
-    assert float(history["total_dissipated_energy"][-1]) == pytest.approx(1.310944e-6, rel=1e-5)
+    assert float(history["tangential_displacement"][-1]) == approx(8.757317e-3, rel=1e-6)
+    assert float(history["total_dissipated_energy"][-1]) == approx(1.310944e-6, rel=1e-5)
     result = hs.run(tmp_path / "s.toml", tmp_path / "s.nc")
     assert result["normal_load"].shape == (2, 1)
     result.close()
@@ -425,11 +423,11 @@ def test_the_nominal_area_of_a_rough_ball_agrees_with_the_ball(tmp_path):
     """50 mN on silicon of 2.5 mm on glass: a = 12.962 µm by Hertz, 94.7 MPa."""
     (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
     with hs.run(tmp_path / "ball.toml", tmp_path / "ball.nc") as history:
-        assert history.contact.nominal_pressure().values == pytest.approx([94.7e6], abs=0.05e6)
+        assert history.contact.nominal_pressure().values == approx([94.7e6], abs=0.05e6)
     by_approach = {"loading.waypoints[0].normal_load": "0 N"}
-    assert hs.load(
-        tmp_path / "ball.toml", by_approach
-    ).surface().summits.nominal_area == pytest.approx(64**2 * 1e-12)
+    assert hs.load(tmp_path / "ball.toml", by_approach).surface().summits.nominal_area == approx(
+        64**2 * 1e-12
+    )
 
 
 def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tmp_path):
@@ -438,7 +436,7 @@ def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tm
     history = hs.run(hs.load(tmp_path / "ball.toml", values))
     # the edge is known to a pixel
     radius = np.sqrt(history.real_contact_area.values[0] / np.pi)
-    assert radius == pytest.approx(12.962e-6, abs=0.5e-6)
+    assert radius == approx(12.962e-6, abs=0.5e-6)
 
 
 def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
@@ -452,7 +450,7 @@ def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
     whole = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=1)
     assert cut.shape == (32, 64)
     # heights are as they fall, not centred anew
-    assert cut.heights.mean() == pytest.approx(whole.heights[:32].mean(), abs=1e-9)
+    assert cut.heights.mean() == approx(whole.heights[:32].mean(), abs=1e-9)
     assert abs(cut.heights.mean()) > 1e-8
     message = "surface.first.ball_radius: belongs to the surface as a whole"
     twice = {
@@ -462,5 +460,5 @@ def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
             "second": {"kind": "random"},
         }
     }
-    with pytest.raises(InputError, match=message):
+    with raises(InputError, match=message):
         hs.load(tmp_path / "ball.toml", twice)

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from golden import refused
+from numpy.testing import assert_allclose
 from swept import BALL, displacement
 
 import historysim as hs
@@ -21,13 +22,13 @@ def test_a_radius_for_a_drift_follows_hertz_and_mindlin(ball):
     over = {"friction.coefficient": [0.1, 0.2]}
     found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], "2 nm", over=over)
     expected = [radius_for(2e-9, friction) for friction in (0.1, 0.2)]
-    np.testing.assert_allclose(found.surface_radius, expected, rtol=1e-7)
-    np.testing.assert_allclose(found.drift, 2e-9, rtol=1e-7)
+    assert_allclose(found.surface_radius, expected, rtol=1e-7)
+    assert_allclose(found.drift, 2e-9, rtol=1e-7)
     middle = np.median(expected)
     at_median = [
         displacement(70e-3, mu, middle) - displacement(50e-3, mu, middle) for mu in (0.1, 0.2)
     ]
-    np.testing.assert_allclose(found.drift_at_median, at_median, rtol=1e-6)
+    assert_allclose(found.drift_at_median, at_median, rtol=1e-6)
     assert found.surface_radius.attrs["units"] == "m"
     assert found.attrs["target"] == 2e-9
 
@@ -86,7 +87,7 @@ def test_a_range_in_which_the_target_is_met_twice_is_reported(ball):
 
 
 @pytest.mark.parametrize(
-    ("quantile", "friction"),
+    "quantile, friction",
     [
         (0.95, 0.2),
     ],
@@ -98,7 +99,7 @@ def test_a_limit_holds_in_a_fraction_of_the_points(ball, quantile, friction):
         ball, "surface.radius", ["10 µm", "10 m"], below="2 nm", quantile=quantile, over=over
     )
     # of five points .5 are three or more, and .95 all of them
-    np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, friction), rtol=1e-7)
+    assert_allclose(found.attrs["chosen"], radius_for(2e-9, friction), rtol=1e-7)
     share = float((found.drift_at_quantile <= 2e-9 * (1 + 1e-6)).mean())
     assert share >= quantile
     lines = dict(summary(found))
@@ -109,7 +110,7 @@ def test_a_limit_holds_in_a_fraction_of_the_points(ball, quantile, friction):
 def test_a_lower_limit_uses_the_other_end_of_the_range(ball):
     over = {"friction.coefficient": [0.1, 0.15, 0.2]}
     found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], above="2 nm", over=over)
-    np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
+    assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
     assert (found.drift_at_quantile >= 2e-9 * (1 - 1e-6)).all()
 
 
@@ -122,7 +123,7 @@ def test_a_limit_that_cannot_be_kept(ball):
     found = hs.design(
         ball, "surface.radius", [1e-5, least * 0.9], below="2 nm", quantile=0.5, over=over
     )
-    np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
+    assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
 
 
 def test_an_output_that_does_not_change_is_reported_once(ball):

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
+from pytest import approx, fixture, raises
 from records import scenario_text, write_columns
 
 import historysim as hs
@@ -13,7 +13,7 @@ COLUMNS = {"tangential_displacement": '{ column = "u", unit = "nm" }'}
 RESPONSE = {"tangential_load": '"T"'}
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path):
     """Three loops of 100 nm, with swings of 3 nm, 1.5 % of their range, in them, under 1 N."""
     turns = [0, 100, -20, -17, -100, 100, -20, -17, -100, 100, -20, -17, -100, 100]
@@ -48,7 +48,7 @@ def test_the_scenario_sets_the_dead_band(folder):
 
 def test_a_log_is_refused_as_a_log(folder):
     hs.run(folder / "s.toml", folder / "s.nc").close()
-    with pytest.raises(
+    with raises(
         hs.InputError, match=r"s\.history: is neither a scenario .* recomputes the result of a log"
     ):
         hs.loops(folder / "s.history")
@@ -57,7 +57,7 @@ def test_a_log_is_refused_as_a_log(folder):
 # -- sliding ---------------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def slider(tmp_path, monkeypatch):
     """Ten micrometres of sliding under 1 N, along which friction falls."""
     u = np.linspace(0, 10_000, 201)
@@ -72,12 +72,12 @@ def slider(tmp_path, monkeypatch):
 
 def test_all_ways_lead_to_the_same_friction(slider):
     found = hs.sliding(slider / "s.toml")
-    assert found.approach.steady == pytest.approx(0.2, abs=1e-3)
-    assert found.approach.length == pytest.approx(2e-6, rel=1e-2)
+    assert found.approach.steady == approx(0.2, abs=1e-3)
+    assert found.approach.length == approx(2e-6, rel=1e-2)
     for record in (hs.load("s.toml"), hs.load("s.toml").measurement()):
         assert hs.sliding(record, windows=50).window_mean.tolist() == found.window_mean.tolist()
     history = hs.run("s.toml", "s.nc")
     simulated = hs.sliding(history)
     history.close()
-    assert simulated.window_mean[5:] == pytest.approx(0.2)
+    assert simulated.window_mean[5:] == approx(0.2)
     assert hs.sliding("s.nc").window_mean.tolist() == simulated.window_mean.tolist()

@@ -4,9 +4,9 @@ import itertools
 
 import attrs
 import numpy as np
-import pytest
 from golden import check_messages, refused
 from pairs import UNIT as PAIR
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.studies.shortest import write_waypoints
@@ -55,11 +55,11 @@ def futures(state, ensemble):
 
 def assert_same_future(state, other, ensemble):
     first, second = futures(state, ensemble), futures(other, ensemble)
-    assert second == pytest.approx(first, abs=ROUNDING * np.abs(first).max())
+    assert second == approx(first, abs=ROUNDING * np.abs(first).max())
 
 
-@pytest.mark.parametrize("kinds", KINDS)
-@pytest.mark.parametrize("seed", range(5))
+@mark.parametrize("kinds", KINDS)
+@mark.parametrize("seed", range(5))
 def test_a_state_is_reached_by_its_shortest_history(seed, kinds):
     job = random_job(seed, kinds)
     state = job.state()
@@ -71,10 +71,10 @@ def test_a_state_is_reached_by_its_shortest_history(seed, kinds):
     assert reached.dissipated_energy <= 1e-13 * state.dissipated_energy
     heights = [event.value for event in events if isinstance(event, hs.NormalDisplacement)]
     assert heights == sorted(heights)
-    assert reached.stored_energy == pytest.approx(state.stored_energy, rel=1e-12)
+    assert reached.stored_energy == approx(state.stored_energy, rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@mark.parametrize("seed", range(3))
 def test_without_one_of_its_waypoints_a_state_is_another(seed):
     job = random_job(seed)
     state = job.state()
@@ -97,9 +97,9 @@ def test_untouched_contacts_have_histories_without_contact():
     assert_same_future(apart, hs.Replay(ensemble, apart.shortest_history()).state(), ensemble)
 
 
-@pytest.mark.parametrize("friction", FRICTIONS.values(), ids=FRICTIONS)
-@pytest.mark.parametrize("kinds", KINDS)
-@pytest.mark.parametrize("seed", range(3))
+@mark.parametrize("friction", FRICTIONS.values(), ids=FRICTIONS)
+@mark.parametrize("kinds", KINDS)
+@mark.parametrize("seed", range(3))
 def test_remembered_waypoints_lead_to_the_same_state(seed, kinds, friction):
     job = random_job(seed, kinds, friction)
     events = hs.shortest(job)
@@ -110,7 +110,7 @@ def test_remembered_waypoints_lead_to_the_same_state(seed, kinds, friction):
     )
 
 
-@pytest.mark.parametrize("friction", FRICTIONS.values(), ids=FRICTIONS)
+@mark.parametrize("friction", FRICTIONS.values(), ids=FRICTIONS)
 def test_none_of_the_remembered_waypoints_can_be_dropped(friction):
     job = random_job(4, friction=friction)
     expected = futures(job.state(), job.ensemble)
@@ -138,7 +138,7 @@ def test_reversals_that_are_wiped_out_are_left_out():
     assert [value for value in kept if value] == [8e-3, -4e-3, 6e-3, -1e-3]
 
 
-@pytest.fixture
+@fixture
 def run(tmp_path):
     path = tmp_path / "s.toml"
     path.write_text(
@@ -167,7 +167,7 @@ waypoints = [
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["s.toml", "s.history", "s.nc"])
+@mark.parametrize("name", ["s.toml", "s.history", "s.nc"])
 def test_files_have_remembered_waypoints(run, name):
     assert hs.shortest(run / name) == hs.shortest(hs.load(run / "s.toml").replay())
 
@@ -184,7 +184,7 @@ def test_waypoints_are_written_as_table_scenario_and_amplitudes(run):
         hs.load(run / "again.toml").replay().state(),
         hs.load(run / "s.toml").replay().state(),
     )
-    assert again.tangential_displacement == pytest.approx(first.tangential_displacement, rel=1e-12)
+    assert again.tangential_displacement == approx(first.tangential_displacement, rel=1e-12)
     write_waypoints(events, run / "w.csv")
     header, *rows = (run / "w.csv").read_text(encoding="utf-8").splitlines()
     assert header == "time [s],normal_load [N],tangential_load [N]"

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 from hertz_sums import HARD, SOFT, approaches, displacement
+from numpy.testing import assert_allclose
+from pytest import approx
 
 import historysim as hs
 
@@ -20,14 +21,14 @@ def test_17_equal_asperities_under_both_laws():
     count = np.array([1, 4, 16, 64])
     one = displacement(10e-3, 0.0, 0.5e-6, 0.5, HARD)
     similar, kept = found.preliminary_displacement
-    np.testing.assert_allclose(similar, one / np.sqrt(count), rtol=1e-9)
-    np.testing.assert_allclose(kept, one * count ** (-2 / 3), rtol=1e-9)
+    assert_allclose(similar, one / np.sqrt(count), rtol=1e-9)
+    assert_allclose(kept, one * count ** (-2 / 3), rtol=1e-9)
     # theory 8: n = 64 displaces 6.63 nm with the radius kept, against 13.26 nm
-    assert 1e9 * similar[-1] == pytest.approx(13.26, abs=0.005)
-    assert 1e9 * kept[-1] == pytest.approx(6.63, abs=0.005)
+    assert 1e9 * similar[-1] == approx(13.26, abs=0.005)
+    assert 1e9 * kept[-1] == approx(6.63, abs=0.005)
     area = found.peak_contact_area
-    np.testing.assert_allclose(area[0], area[0, 0], rtol=1e-9)
-    np.testing.assert_allclose(area[1], area.values[0, 0] * count ** (1 / 3), rtol=1e-9)
+    assert_allclose(area[0], area[0, 0], rtol=1e-9)
+    assert_allclose(area[1], area.values[0, 0] * count ** (1 / 3), rtol=1e-9)
 
 
 def test_18_tolerances_of_a_texture():
@@ -38,13 +39,13 @@ def test_18_tolerances_of_a_texture():
         )
         expected = displacement(1.0, summits.height, summits.radius, 0.3, HARD)
         cell = found.sel(surface_height_scatter=scatter, surface_radius_scatter=0.1, surface_seed=3)
-        assert cell.preliminary_displacement == pytest.approx(expected, rel=1e-8)
+        assert cell.preliminary_displacement == approx(expected, rel=1e-8)
     spread = hs.sweep_statistics(found)
     mean, deviation = (
         spread.preliminary_displacement_mean,
         spread.preliminary_displacement_standard_deviation,
     )
-    assert 1e9 * mean[0, 0] == pytest.approx(5.81, abs=0.005)
+    assert 1e9 * mean[0, 0] == approx(5.81, abs=0.005)
     # theory 11 has one draw of each
     draws = 1e-9 * np.array([6.85, 15.5, 62.7])
     assert (abs(mean[1:, 0] - draws) < 3 * deviation[1:, 0]).all()
@@ -57,7 +58,7 @@ def test_19_one_large_asperity():
     for (radius, height), value in np.ndenumerate(found):
         heights, radii = np.zeros(64), np.full(64, 0.5e-6)
         heights[0], radii[0] = found.surface_height_0[height], found.surface_radius_0[radius]
-        assert value == pytest.approx(displacement(10e-3, heights, radii, 0.5, HARD), rel=1e-8)
+        assert value == approx(displacement(10e-3, heights, radii, 0.5, HARD), rel=1e-8)
     # equal ones; a large one at their level; half balls on one ground
     expected = {
         (0.5, 0): 6.63,
@@ -70,7 +71,7 @@ def test_19_one_large_asperity():
         one = found.sel(
             surface_radius_0=1e-6 * radius, surface_height_0=1e-6 * height, method="nearest"
         )
-        assert 1e9 * one == pytest.approx(value, rel=2e-3)
+        assert 1e9 * one == approx(value, rel=2e-3)
 
 
 def test_20_change_of_radius_load_and_friction():
@@ -83,14 +84,14 @@ def test_20_change_of_radius_load_and_friction():
         return HARD[0] / (4 * HARD[1]) * mu * (9 * load**2 / (16 * HARD[0] ** 2 * R)) ** (1 / 3)
 
     before, after = one(50e-3), one(N)
-    np.testing.assert_allclose(found.drift, abs(after - before), rtol=1e-9, atol=1e-18)
+    assert_allclose(found.drift, abs(after - before), rtol=1e-9, atol=1e-18)
     # theory 11: where the load rises it takes δ1 + δ2, where it falls 2 δ2, in place of 2 δ1
     branch = np.where(N > 50e-3, after - before, 2 * (before - after))
-    np.testing.assert_allclose(found.branch_drift, branch, rtol=1e-9, atol=1e-18)
+    assert_allclose(found.branch_drift, branch, rtol=1e-9, atol=1e-18)
     sharp = found.isel(surface_radius=0, friction_coefficient=2)
-    assert 1e9 * sharp.branch_drift.values == pytest.approx([179.0, 0, 78.0], abs=0.2)
+    assert 1e9 * sharp.branch_drift.values == approx([179.0, 0, 78.0], abs=0.2)
     along = hs.drift_along(found, "friction_coefficient")
-    np.testing.assert_allclose(along[:, 1], found.preliminary_displacement[:, 0], rtol=1e-9)
+    assert_allclose(along[:, 1], found.preliminary_displacement[:, 0], rtol=1e-9)
 
 
 def test_21_roughness_over_rms_height_and_autocorrelation_length():
@@ -108,8 +109,8 @@ def test_21_roughness_over_rms_height_and_autocorrelation_length():
     load = 4 / 3 * SOFT[0] * np.sqrt(summits.radius) * approach**1.5
     own = SOFT[0] / (4 * SOFT[1]) * 0.2 * approach
     cell = found.sel(surface_rms_height=1e-6, surface_autocorrelation_length=5e-6, surface_seed=2)
-    assert cell.preliminary_displacement == pytest.approx(own.max(), rel=1e-8)
-    assert cell.presliding_work == pytest.approx(
+    assert cell.preliminary_displacement == approx(own.max(), rel=1e-8)
+    assert cell.presliding_work == approx(
         (0.2 * load * (4 * own.max() - 3.2 * own)).sum(), rel=1e-7
     )
     mean = found.mean("surface_seed")
@@ -130,12 +131,10 @@ def test_22_nominal_area():
     ]
     assert (found.peak_contact_count.mean("surface_seed").diff("surface_shape") > 0).all()
     area = found.peak_contact_area.mean("surface_seed")
-    assert area[-1] / area[0] == pytest.approx(1.16, abs=0.15)
+    assert area[-1] / area[0] == approx(1.16, abs=0.15)
     summits = hs.random_surface((64, 64), 1e-6, 24e-9, 20e-6, seed=2).summits(rule=9)
     expected = displacement(50e-3, summits.height, summits.radius, 0.2, SOFT)
-    assert found.preliminary_displacement.sel(surface_seed=2)[0] == pytest.approx(
-        expected, rel=1e-8
-    )
+    assert found.preliminary_displacement.sel(surface_seed=2)[0] == approx(expected, rel=1e-8)
 
 
 def test_23_the_finish_for_a_drift():
@@ -148,5 +147,5 @@ def test_23_the_finish_for_a_drift():
         at_rest, pressed = (
             displacement(load, summits.height, summits.radius, 0.2, SOFT) for load in (50e-3, 90e-3)
         )
-        assert pressed - at_rest == pytest.approx(2e-9, rel=1e-5)
-    assert 1e9 * found.surface_rms_height.values == pytest.approx([33.3, 37.4], abs=0.1)
+        assert pressed - at_rest == approx(2e-9, rel=1e-5)
+    assert 1e9 * found.surface_rms_height.values == approx([33.3, 37.4], abs=0.1)

@@ -7,9 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import dying
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, fixture, importorskip, mark
 from swept import BALL, ROUGH, displacement
 
 import historysim as hs
@@ -39,13 +40,11 @@ def test_a_ball_follows_hertz_and_mindlin_over_load_friction_and_radius(ball):
         "friction_coefficient": 2,
         "surface_radius": 3,
     }
-    np.testing.assert_allclose(
-        found.preliminary_displacement, displacement(50e-3, mu, R), rtol=1e-12
-    )
+    assert_allclose(found.preliminary_displacement, displacement(50e-3, mu, R), rtol=1e-12)
     expected = displacement(50e-3, mu, R) - displacement(N, mu, R)
-    np.testing.assert_allclose(found.drift, expected, rtol=1e-9, atol=1e-20)
+    assert_allclose(found.drift, expected, rtol=1e-9, atol=1e-20)
     # N2 < N1 at a fixed displacement: it takes 2 δ2, and should take 2 δ1
-    np.testing.assert_allclose(found.branch_drift, 2 * expected, rtol=1e-9, atol=1e-20)
+    assert_allclose(found.branch_drift, 2 * expected, rtol=1e-9, atol=1e-20)
     assert (found.surface_radius.values == [1e-3, 1.5e-3, 2e-3]).all()
     assert found.surface_radius.attrs == {
         "units": "m",
@@ -73,7 +72,7 @@ def test_each_cell_equals_a_run_of_its_scenario(rough):
             assert cell.peak_tangential_load == np.abs(history.total_tangential_load).max()
             assert cell.final_dissipated_energy == history.total_dissipated_energy[-1]
             depth = history.summit_height.max() - history.separation.min()
-            assert cell.peak_approach == pytest.approx(depth.item(), rel=1e-9)
+            assert cell.peak_approach == approx(depth.item(), rel=1e-9)
 
 
 def test_rows_and_asperities_stand_under_their_own_numbers(rough):
@@ -86,7 +85,7 @@ def test_rows_and_asperities_stand_under_their_own_numbers(rough):
             cell = found.sel(surface_seed=seed, loading_substeps=substeps)
             own = cell.sel(asperity=history.asperity).isel(step=slice(history.sizes["step"]))
             for name in ("normal_load", "slip_state", "total_normal_load", "summit_height", "time"):
-                np.testing.assert_array_equal(own[name], history[name])
+                assert_array_equal(own[name], history[name])
             others = np.setdiff1d(found.asperity, history.asperity)
             assert others.size > 0
             assert cell.sel(asperity=others).normal_load.isnull().all()
@@ -131,7 +130,7 @@ EVOLVING = {
 }
 
 
-@pytest.mark.parametrize("name", EVOLVING)
+@mark.parametrize("name", EVOLVING)
 def test_evolving_cells_equal_runs_of_their_scenarios(ball, name):
     """Every number of every cell is that of a separate run, and what is swept changes some."""
     text, over = EVOLVING[name]
@@ -213,9 +212,7 @@ def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
     )
     found = hs.sweep(ball, {"friction.coefficient": [0.1, -0.2, 0.2]}, notify=notices.append)
     assert found.preliminary_displacement.isnull().values.tolist() == [True, True, False]
-    assert found.preliminary_displacement[2] == pytest.approx(
-        displacement(70e-3, 0.2, 2.5e-3), rel=1e-12
-    )
+    assert found.preliminary_displacement[2] == approx(displacement(70e-3, 0.2, 2.5e-3), rel=1e-12)
     assert "beyond the friction limit" in str(found.failure[0].values)
     assert "friction.coefficient: -0.2; expected 0 or more" in str(found.failure[1].values)
     assert found.failure[2] == ""
@@ -252,7 +249,7 @@ def test_an_output_that_the_scenario_has_not(ball):
 # -- what is kept ----------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def counted(monkeypatch):
     """Count the cells that are computed."""
     points, cell = [], sweeping.cell
@@ -392,7 +389,7 @@ def test_any_executor_gives_the_same_bits(rough, tmp_path):
     assert here.identical(hs.sweep(rough, OVER, workers=2, store=tmp_path / "others"))
 
 
-@pytest.mark.slow
+@mark.slow
 def test_a_cell_that_ends_its_process_does_not_sink_the_others(rough, monkeypatch):
     here = hs.sweep(rough, OVER)
     monkeypatch.setattr(sweeping, "compute_batch", dying.computed_unless_3)
@@ -404,7 +401,7 @@ def test_a_cell_that_ends_its_process_does_not_sink_the_others(rough, monkeypatc
 
 
 def test_dask_computes_a_sweep(rough):
-    distributed = pytest.importorskip("distributed")
+    distributed = importorskip("distributed")
     options = {
         "processes": False,
         "dashboard_address": None,
@@ -426,21 +423,21 @@ def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
     found = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=outputs)
     for row, seed in enumerate((1, 2)):
         ground = hs.load(rough, {"surface.seed": seed}).surface()
-        assert float(found.mean_summit_radius[row]) == pytest.approx(
+        assert float(found.mean_summit_radius[row]) == approx(
             ground.summits.radius.mean(), rel=1e-12
         )
-        assert float(found.summit_height_deviation[row]) == pytest.approx(
+        assert float(found.summit_height_deviation[row]) == approx(
             ground.summits.height.std(ddof=1), rel=1e-12
         )
         assert int(found.summit_count[row]) == len(ground.summits)
         history = hs.run(hs.load(rough, {"surface.seed": seed}))
         load = float(history.total_normal_load.max())
-        assert float(found.peak_nominal_pressure[row]) == pytest.approx(
+        assert float(found.peak_nominal_pressure[row]) == approx(
             load / ground.surface.nominal_area, rel=1e-12
         )
         peak = history.isel(step=int(history.total_normal_load.values.argmax()))
         area = 8 * history.attrs["shear_modulus"] * float(peak.contact_radius.sum())
-        assert float(found.initial_stiffness[row]) == pytest.approx(area, rel=1e-9)
+        assert float(found.initial_stiffness[row]) == approx(area, rel=1e-9)
     # rows of those that touch say nothing of the others
     both = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "total_normal_load"])
     assert "failure" not in both

@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from golden import refused
 from matplotlib.text import Text
+from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 
@@ -25,14 +26,12 @@ def test_spread_agrees_with_numpy_over_what_is_there(found):
     quantiles = (0, 0.05, 0.3, 0.5, 1)
     spread = hs.sweep_statistics(found, quantiles=quantiles)
     values = found.drift.values
-    np.testing.assert_allclose(spread.drift_mean, np.nanmean(values, axis=1), rtol=1e-14)
-    np.testing.assert_allclose(
+    assert_allclose(spread.drift_mean, np.nanmean(values, axis=1), rtol=1e-14)
+    assert_allclose(
         spread.drift_standard_deviation[:2], np.nanstd(values[:2], axis=1, ddof=1), rtol=1e-13
     )
     assert spread.drift_standard_deviation[2].isnull()
-    np.testing.assert_allclose(
-        spread.drift_quantile, np.nanquantile(values, quantiles, axis=1).T, rtol=1e-13
-    )
+    assert_allclose(spread.drift_quantile, np.nanquantile(values, quantiles, axis=1).T, rtol=1e-13)
     assert spread.drift_count.values.tolist() == [7, 6, 1]
     assert spread.drift_quantile.dims == ("load", "quantile")
     assert spread.drift_mean.attrs == {"units": "m", "long_name": "mean of: a length"}
@@ -47,7 +46,7 @@ def test_a_label_has_no_mean(found):
 
 def test_drift_along_a_dimension(found):
     drift = hs.drift_along(found, "load", "drift")
-    np.testing.assert_array_equal(drift, np.abs(found.drift - found.drift[0]))
+    assert_array_equal(drift, np.abs(found.drift - found.drift[0]))
     assert drift.name == "drift_drift"
     assert drift.attrs["units"] == "m"
 

@@ -3,8 +3,8 @@
 import json
 import re
 
-import pytest
 from click.testing import CliRunner
+from pytest import fixture, mark, raises
 
 import historysim as hs
 from historysim.cli import main
@@ -56,7 +56,7 @@ REFUSED = {
 }
 
 
-@pytest.fixture
+@fixture
 def folder(tmp_path, monkeypatch):
     (tmp_path / "loads.csv").write_text(
         "t,N,T\n0,0.05,0\n1,0.05,0.008\n2,0.05,0.018\n", encoding="utf-8"
@@ -71,11 +71,11 @@ def scenario(folder, loading, more=""):
     return path
 
 
-@pytest.mark.parametrize(("loading", "place"), REFUSED.values(), ids=REFUSED)
+@mark.parametrize("loading, place", REFUSED.values(), ids=REFUSED)
 def test_an_excessive_load_is_named_with_its_path(folder, loading, place):
     path = scenario(folder, loading)
     for ask in (hs.validate, hs.run):
-        with pytest.raises(
+        with raises(
             hs.LoadError, match=rf"^s\.toml: loading\.{re.escape(place)} at t = .*friction limit of"
         ):
             ask(path)
@@ -89,15 +89,13 @@ def test_a_course_of_friction_is_named(folder):
         folder, f'waypoints = [{PUSHED}, {{ time = 2, normal_load = "60 mN" }}]', course
     )
     for ask in (hs.validate, hs.run):
-        with pytest.raises(
+        with raises(
             hs.LoadError, match=r"^s\.toml: (friction\.course|loading\.waypoints\[2\]): event \d at"
         ):
             ask(path)
 
 
-@pytest.mark.parametrize(
-    "more", ["[instrument]\nlateral_stiffness = 1e5", "[record]\nsliding = true"]
-)
+@mark.parametrize("more", ["[instrument]\nlateral_stiffness = 1e5", "[record]\nsliding = true"])
 def test_what_can_be_carried_is_valid_whatever_it_is_recorded_with(folder, more):
     loading = (
         f'substeps = 50\nwaypoints = [{PRESSED}, {{ time = 1, tangential_displacement = "90 nm" }}]'
@@ -114,7 +112,7 @@ def test_long_loads_are_walked_as_far_as_the_time_goes(folder, monkeypatch):
         '[[loading.blocks]]\nwaypoints = [{ after = 1, tangential_load = "18 mN" }]'
     )
     path = scenario(folder, block)
-    with pytest.raises(
+    with raises(
         hs.LoadError, match=r"loading\.blocks\[2\]\.waypoints\[0\]: event 6\d\d\d at t = 6001 s"
     ):
         hs.validate(path)
@@ -145,7 +143,7 @@ def test_a_fit_needs_a_record(folder):
     loading = f"waypoints = [{PRESSED}, {PUSHED}]"
     path = scenario(folder, loading, '[fit]\nparameters = ["friction"]')
     for ask in (hs.validate, hs.fit):
-        with pytest.raises(
+        with raises(
             hs.InputError,
             match=r"^s\.toml: loading: has no measured record; expected loading\.file",
         ):

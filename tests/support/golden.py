@@ -10,19 +10,19 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
+from pytest import raises
 
 import historysim as hs
 
 
 def refused(match):
     """Expect an `InputError` whose message has a match."""
-    return pytest.raises(hs.InputError, match=match)
+    return raises(hs.InputError, match=match)
 
 
 def message(expression, names):
     """Return what is said of an expression; the type of the error precedes it unless it is `InputError`."""
-    with pytest.raises(hs.HistorySimError) as caught:
+    with raises(hs.HistorySimError) as caught:
         eval(expression, names)  # noqa: S307 - of a file of the tests
     kind = type(caught.value).__name__
     said = f"{kind}: {caught.value}".removeprefix("InputError: ")

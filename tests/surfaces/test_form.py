@@ -1,8 +1,9 @@
 import math
 
 import numpy as np
-import pytest
 from golden import check_messages
+from numpy.testing import assert_allclose
+from pytest import approx, mark
 from scipy.optimize import curve_fit
 
 from historysim.surfaces.filters import fit_form
@@ -54,9 +55,9 @@ TERMS = {"mean": 1, "plane": 3, "quadratic": 6}
 # ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("gaps", [0, 0.9])
-@pytest.mark.parametrize("shape", [(20, 30), (3, 3)])
-@pytest.mark.parametrize("kind", TERMS)
+@mark.parametrize("gaps", [0, 0.9])
+@mark.parametrize("shape", [(20, 30), (3, 3)])
+@mark.parametrize("kind", TERMS)
 def test_a_surface_that_is_its_own_form_is_given_back_at_all_points(kind, shape, gaps):
     full = polynomial([3e-6, -2e-6, 1e-6, 5e-7, -4e-7, 3e-7][: TERMS[kind]], shape)
     heights = with_gaps(full, gaps if min(shape) > 4 or kind == "mean" else 0, seed=1)
@@ -65,10 +66,10 @@ def test_a_surface_that_is_its_own_form_is_given_back_at_all_points(kind, shape,
     assert form.radius is None
     # the heights are rounded by EPS/2 of 1e-5 m; missing points may lie outside those that are
     # there
-    np.testing.assert_allclose(form.heights, full, rtol=0, atol=50 * EPS * 1e-5)
+    assert_allclose(form.heights, full, rtol=0, atol=50 * EPS * 1e-5)
 
 
-@pytest.mark.parametrize("offset", [-1.0])
+@mark.parametrize("offset", [-1.0])
 def test_nanometres_on_a_high_and_tilted_datum(offset):
     shape = (64, 48)
     rough = with_gaps(1e-9 * np.random.default_rng(4).standard_normal(shape), 0.31)
@@ -76,7 +77,7 @@ def test_nanometres_on_a_high_and_tilted_datum(offset):
     left = tilt + rough
     left -= fit_form(left, PIXEL, "plane").heights
     # the sum is rounded by EPS/2 of the offset, and so is the form; nothing else is lost
-    np.testing.assert_allclose(
+    assert_allclose(
         left, rough - fitted_by_columns(rough, 3), rtol=0, atol=4 * EPS * (abs(offset) + 2e-4)
     )
 
@@ -85,34 +86,34 @@ def test_nanometres_on_a_high_and_tilted_datum(offset):
 # ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e-3])
-@pytest.mark.parametrize("gaps", [0, 0.31])
-@pytest.mark.parametrize("shape", [(5, 5), (7, 300)])
-@pytest.mark.parametrize("radius", [2e-3, -30.0])
+@mark.parametrize("offset", [0.0, 1e-3])
+@mark.parametrize("gaps", [0, 0.31])
+@mark.parametrize("shape", [(5, 5), (7, 300)])
+@mark.parametrize("radius", [2e-3, -30.0])
 def test_a_sphere_is_given_back(radius, shape, gaps, offset):
     full = offset + cap(radius, shape, centre=(3e-6, -4e-6))
     form = fit_form(with_gaps(full, gaps, seed=1), PIXEL, "sphere")
     # the sag by which it is known, over a half diagonal, against the rounding of the heights
     sag = sum((n - 1) ** 2 * p**2 for n, p in zip(shape, PIXEL, strict=True)) / 8 / abs(radius)
     rounding = EPS * (offset + sag) / sag
-    assert form.radius == pytest.approx(radius, rel=40 * rounding)
-    np.testing.assert_allclose(form.heights, full, rtol=0, atol=40 * EPS * (offset + sag))
+    assert form.radius == approx(radius, rel=40 * rounding)
+    assert_allclose(form.heights, full, rtol=0, atol=40 * EPS * (offset + sag))
 
 
-@pytest.mark.parametrize("along_y", [False, True])
-@pytest.mark.parametrize("centre", [9e-6])
-@pytest.mark.parametrize("radius", [2e-4, -2e-4])
+@mark.parametrize("along_y", [False, True])
+@mark.parametrize("centre", [9e-6])
+@mark.parametrize("radius", [2e-4, -2e-4])
 def test_a_profile_has_a_circle(radius, centre, along_y):
     shape, at = ((1, 20), (0, centre)) if along_y else ((20, 1), (centre, 0))
     full = cap(radius, shape, at)
     heights = full.copy()
     heights.flat[[2, 11]] = math.nan
     form = fit_form(heights, PIXEL, "sphere")
-    assert form.radius == pytest.approx(radius, rel=1e-10)
-    np.testing.assert_allclose(form.heights, full, rtol=0, atol=1e-20)
+    assert form.radius == approx(radius, rel=1e-10)
+    assert_allclose(form.heights, full, rtol=0, atol=1e-20)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@mark.parametrize("seed", range(2))
 def test_a_rough_ball_has_the_sphere_of_least_squares(seed):
     shape, radius = (11, 9), 60e-6
     x, y = np.broadcast_arrays(*grid(shape))
@@ -132,11 +133,11 @@ def test_a_rough_ball_has_the_sphere_of_least_squares(seed):
     form = fit_form(heights, PIXEL, "sphere")
     # numerical derivatives leave a sum of squares that is too large by about 1e-14, so unknowns off
     # by 1e-7
-    assert form.radius * 1e6 == pytest.approx(best[3], rel=1e-6)
+    assert form.radius * 1e6 == approx(best[3], rel=1e-6)
     ours = np.sum((heights - form.heights)[here] ** 2) * 1e12
     theirs = np.sum((heights[here] * 1e6 - ball(None, *best)) ** 2)
     assert ours <= theirs * (1 + 1e-12)
-    np.testing.assert_allclose(form.heights[here] * 1e6, ball(None, *best), rtol=0, atol=1e-6)
+    assert_allclose(form.heights[here] * 1e6, ball(None, *best), rtol=0, atol=1e-6)
 
 
 # --- what has no form

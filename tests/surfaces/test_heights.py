@@ -3,11 +3,12 @@ from fractions import Fraction
 
 import attrs
 import numpy as np
-import pytest
 import xarray as xr
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, mark, raises
 
 from historysim.surfaces.heights import Surface
 
@@ -31,7 +32,7 @@ def rough(shape=(12, 9), seed=0, missing=0.0):
 # ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "heights",
     [
         [[1, 2, 3], [4, 5, 6]],
@@ -64,14 +65,14 @@ def test_heights_cannot_be_changed_from_outside_or_inside():
         surface.detrended("mean"),
         Surface(rough(), 1).scaled(1),
     ):
-        with pytest.raises(ValueError, match="read-only"):
+        with raises(ValueError, match="read-only"):
             held.heights[0, 0] = 5
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+    with raises(attrs.exceptions.FrozenInstanceError):
         surface.heights = values
     masked = np.ma.array(np.ones((2, 2)), mask=np.eye(2))
     held = Surface(masked, 1)
     masked[:] = 7
-    np.testing.assert_array_equal(held.heights, [[NAN, 1], [1, NAN]])
+    assert_array_equal(held.heights, [[NAN, 1], [1, NAN]])
 
 
 # --- form
@@ -89,8 +90,8 @@ def squared_ratio(heights, wanted):
     return float(sum((value - mean) ** 2 for value in values) / len(values) / Fraction(wanted) ** 2)
 
 
-@pytest.mark.parametrize("wanted", [1e-160, 1e-9, 1e150])
-@pytest.mark.parametrize("power", [-660, -20, 1000])
+@mark.parametrize("wanted", [1e-160, 1e-9, 1e150])
+@mark.parametrize("power", [-660, -20, 1000])
 def test_scaled_to_an_rms_height_of_any_size(power, wanted):
     # small integers with a mean of exactly 0, times 1e-160, 1e-199, 1e-6, 1, 1e160 or 1e301 m
     integers = np.random.default_rng(8).integers(-9, 10, (10, 7)).astype(float)
@@ -99,11 +100,11 @@ def test_scaled_to_an_rms_height_of_any_size(power, wanted):
     surface = Surface(2.0**power * integers, (1.0, 2.0), periodic=True)
     scaled = surface.scaled(wanted)
     # each of the 70 heights is rounded by a few EPS, and all by the same few
-    assert squared_ratio(scaled.heights, wanted) == pytest.approx(1, rel=20 * EPS)
+    assert squared_ratio(scaled.heights, wanted) == approx(1, rel=20 * EPS)
     assert (scaled.pixel_size, scaled.periodic) == (surface.pixel_size, True)
     # stretched, not bent
     factor = wanted / np.sqrt(np.nanmean(integers**2))
-    np.testing.assert_allclose(scaled.heights / wanted, integers * factor / wanted, rtol=20 * EPS)
+    assert_allclose(scaled.heights / wanted, integers * factor / wanted, rtol=20 * EPS)
 
 
 # --- mirrors and sums
@@ -115,19 +116,19 @@ def test_a_sum_of_maps_on_one_grid_is_exact(heights, seed):
     other = rough(heights.shape, seed, missing=0.2)
     assume(np.isfinite(heights + other).any())
     first, second = Surface(heights, (2.0, 3.0)), Surface(other, (2.0, 3.0))
-    np.testing.assert_array_equal((first + second).heights, heights + other)
-    np.testing.assert_array_equal((second + first).heights, heights + other)
+    assert_array_equal((first + second).heights, heights + other)
+    assert_array_equal((second + first).heights, heights + other)
 
 
 def test_a_sum_is_on_the_grid_of_the_first_with_the_centres_together():
     coarse, fine = Surface(np.zeros((3, 3)), 2.0), Surface(rough((9, 9)), 1.0)
     total = coarse + fine
-    np.testing.assert_array_equal(total.heights, fine.heights[2:7:2, 2:7:2])
+    assert_array_equal(total.heights, fine.heights[2:7:2, 2:7:2])
     assert total.pixel_size == (2.0, 2.0)
     back = fine + coarse
     assert back.shape == (9, 9)
     # the coarse map reaches 2 m from the centre, the fine one 4 m
-    np.testing.assert_array_equal(np.isfinite(back.heights), np.pad(np.ones((5, 5), bool), 2))
+    assert_array_equal(np.isfinite(back.heights), np.pad(np.ones((5, 5), bool), 2))
 
 
 def test_shift_and_rotation_move_the_other_surface():
@@ -151,8 +152,8 @@ def test_shift_and_rotation_move_the_other_surface():
     assert top(rotation=np.pi / 2, shift=(1, 0)) == (3, 3)
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "how", "repeats"),
+@mark.parametrize(
+    "first, second, how, repeats",
     [
         ((True, 4, 1.0), (True, 8, 0.5), {}, True),
         ((False, 4, 1.0), (True, 4, 1.0), {}, False),
@@ -194,7 +195,7 @@ def test_a_surface_on_finer_and_coarser_points_is_the_same_wave():
         assert np.abs((finer.heights - wave(128, 0.5))[there]).max() < 2e-3
     coarser = Surface(wave(64, 1.0), 1.0, periodic=True).at_resolution((2.1, 1.0))
     assert coarser.shape == (30, 12)
-    assert coarser.size == pytest.approx((64, 12))
+    assert coarser.size == approx((64, 12))
 
 
 # --- on a ball
@@ -206,9 +207,9 @@ def test_roughness_on_a_ball_is_the_sum_of_both():
     ball = flat.on_ball(0.05)
     x, y = 1e-3 * (np.arange(9) - 4.0), 2e-3 * (np.arange(6) - 2.5)
     form = np.array([[math.sqrt(0.05**2 - a**2 - b**2) - 0.05 for b in y] for a in x])
-    assert ball.heights == pytest.approx(flat.heights + form, abs=1e-12)
+    assert ball.heights == approx(flat.heights + form, abs=1e-12)
     assert not ball.periodic
     # what is taken off again is the ball
-    assert Surface(np.zeros((9, 6)), (1e-3, 2e-3)).on_ball(0.05).form(
-        "sphere"
-    ).radius == pytest.approx(0.05, rel=1e-9)
+    assert Surface(np.zeros((9, 6)), (1e-3, 2e-3)).on_ball(0.05).form("sphere").radius == approx(
+        0.05, rel=1e-9
+    )

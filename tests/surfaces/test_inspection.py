@@ -4,9 +4,9 @@ import math
 import re
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, fixture, mark
 
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.inspection import summary
@@ -30,10 +30,10 @@ def lengths(text):
 
 def rounded(*values):
     """Four digits are printed."""
-    return pytest.approx(list(values), rel=5.1e-4)
+    return approx(list(values), rel=5.1e-4)
 
 
-@pytest.fixture
+@fixture
 def surface():
     return random_surface((64, 40), (1e-6, 2e-6), 20e-9, (8e-6, 12e-6), seed=1)
 
@@ -92,7 +92,7 @@ def test_the_summits_agree_with_the_9_point_rule(surface):
     )
 
 
-@pytest.mark.parametrize(("shape", "axis"), [((1, 40), "y")])
+@mark.parametrize("shape, axis", [((1, 40), "y")])
 def test_a_profile_has_one_axis_and_rule_3(shape, axis):
     surface = random_surface(shape, (1e-6, 1e-6), 20e-9, 5e-6, seed=1)
     uneven = Surface(surface.heights, (1e-6, 7.0) if axis == "x" else (7.0, 1e-6), periodic=True)
@@ -112,7 +112,7 @@ FLAT = {
 }
 
 
-@pytest.mark.parametrize("name", FLAT)
+@mark.parametrize("name", FLAT)
 def test_what_a_flat_map_does_not_have_is_none(name):
     found = lines_of(Surface(FLAT[name], 1e-6))
     assert found["rms height Rq"] == found["height range Rz"] == "0 m"

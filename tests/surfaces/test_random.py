@@ -1,10 +1,11 @@
 import math
 
 import numpy as np
-import pytest
 import scipy.fft
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from pytest import approx, mark, warns
 
 from historysim.errors import UnlikelyValueWarning
 from historysim.surfaces.random import _periodic_autocorrelation, _spectrum, random_surface
@@ -39,9 +40,9 @@ def whole(quadrant, shape):
     return quadrant[np.ix_(i, j)]
 
 
-@pytest.mark.parametrize("kind", ["exponential", "gaussian"])
-@pytest.mark.parametrize(
-    ("shape", "lengths"),
+@mark.parametrize("kind", ["exponential", "gaussian"])
+@mark.parametrize(
+    "shape, lengths",
     [((9, 14), (4.5, 1.0)), ((64, 63), (1.5, 31.5)), ((50, 1), (25, 1))],
 )
 def test_heights_are_white_noise_filtered_for_the_autocorrelation(shape, lengths, kind):
@@ -50,22 +51,18 @@ def test_heights_are_white_noise_filtered_for_the_autocorrelation(shape, lengths
     expected = np.fft.ifft2(np.fft.fft2(noise) * np.sqrt(spectrum)).real
     expected -= expected.mean()
     # rounding errors of the spectrum, some EPS of its sum, come under the root
-    np.testing.assert_allclose(
-        make(shape, lengths, 7, kind), expected / expected.std(), rtol=0, atol=1e-6
-    )
+    assert_allclose(make(shape, lengths, 7, kind), expected / expected.std(), rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["exponential", "gaussian"])
-@pytest.mark.parametrize(
-    ("shape", "lengths"),
+@mark.parametrize("kind", ["exponential", "gaussian"])
+@mark.parametrize(
+    "shape, lengths",
     [((64, 64), (32.0, 3.0)), ((1, 31), (1.0, 9.0)), ((2, 3), (1, 1.5))],
 )
 def test_autocorrelation_is_summed_over_all_images(shape, lengths, kind):
     quadrant = _periodic_autocorrelation(shape, lengths, kind)
     # some hundred images beyond 14 lengths are left out, each less than exp(-2.3 × 14) = 1e-14
-    np.testing.assert_allclose(
-        whole(quadrant, shape), prescribed(shape, lengths, kind), rtol=0, atol=1e-12
-    )
+    assert_allclose(whole(quadrant, shape), prescribed(shape, lengths, kind), rtol=0, atol=1e-12)
 
 
 def test_spectrum_of_profiles_in_closed_form():
@@ -75,12 +72,10 @@ def test_spectrum_of_profiles_in_closed_form():
     a = 2.3 / length
     geometric = math.sinh(a) / (math.cosh(a) - np.cos(k))
     made = _spectrum(_periodic_autocorrelation((n, 1), (length, 1), "exponential"), (n, 1))[:, 0]
-    np.testing.assert_allclose(made / made[0], geometric / geometric[0], rtol=1e-10)
+    assert_allclose(made / made[0], geometric / geometric[0], rtol=1e-10)
     # Gaussian: a Gaussian, to rounding errors of its sum √(π/2.3) β = 47
     made = _spectrum(_periodic_autocorrelation((n, 1), (length, 1), "gaussian"), (n, 1))[:, 0]
-    np.testing.assert_allclose(
-        made / made[0], np.exp(-(k**2) * length**2 / 9.2), rtol=0, atol=1e-13
-    )
+    assert_allclose(made / made[0], np.exp(-(k**2) * length**2 / 9.2), rtol=0, atol=1e-13)
 
 
 def test_smooth_surfaces_are_not_roughened_by_rounding():
@@ -95,7 +90,7 @@ def test_smooth_surfaces_are_not_roughened_by_rounding():
         assert 0.1 * expected < second.std() < 3 * expected
 
 
-@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
+@mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @given(
     st.tuples(st.integers(2, 40), st.integers(2, 40)),
     st.tuples(st.floats(0, 1), st.floats(0, 1)),
@@ -116,7 +111,7 @@ def test_rms_height_is_exact_and_the_mean_zero(
     assert heights.shape == surface.shape == shape
     assert surface.pixel_size == pixel_size
     square = math.fsum((heights**2).ravel()) / heights.size
-    assert math.sqrt(square) == pytest.approx(rms_height, rel=8 * EPS)
+    assert math.sqrt(square) == approx(rms_height, rel=8 * EPS)
     # heights within some 5 Rq are off by EPS each, and so is their mean when it is taken off
     assert abs(math.fsum(heights.ravel())) / heights.size <= 8 * EPS * rms_height
 
@@ -133,7 +128,7 @@ def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads():
 
 
 def test_a_surface_that_is_far_higher_than_wide_has_a_warning():
-    with pytest.warns(
+    with warns(
         UnlikelyValueWarning,
         match="rms_height is 30 m on an autocorrelation length of 5 µm, .* in m",
     ):

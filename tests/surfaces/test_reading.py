@@ -10,6 +10,8 @@ import pytest
 from golden import refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, fixture, importorskip
 from records_shared import SHARED
 
 from historysim.errors import InputError, UnlikelyValueWarning
@@ -26,14 +28,14 @@ measured_files = pytest.mark.skipif(
 )
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def library():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
-        return pytest.importorskip("SurfaceTopography")
+        return importorskip("SurfaceTopography")
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def scratch(tmp_path_factory):
     return tmp_path_factory.mktemp("fuzz")
 
@@ -77,13 +79,13 @@ def test_atomic_force_map_against_its_raw_numbers(library):  # noqa: ARG001 - sk
     surface = read_surface(HEIGHTS / "di-4.di")
     lines, size = nanoscope(HEIGHTS / "di-4.di")
     assert surface.shape == (512, 512)
-    assert surface.pixel_size == pytest.approx((size * 1e-9 / 512,) * 2, rel=8 * EPS)
-    assert surface.size == pytest.approx((10e-6, 10e-6), rel=8 * EPS)
+    assert surface.pixel_size == approx((size * 1e-9 / 512,) * 2, rel=8 * EPS)
+    assert surface.size == approx((10e-6, 10e-6), rel=8 * EPS)
     assert not surface.periodic
     assert not surface.missing.any()
     # the first line of the file is the lowest of the picture, and y is counted from the top
-    np.testing.assert_allclose(surface.heights, lines[::-1].T * 1e-9, rtol=8 * EPS)
-    assert surface.heights.std() == pytest.approx(82e-9, abs=0.5e-9)
+    assert_allclose(surface.heights, lines[::-1].T * 1e-9, rtol=8 * EPS)
+    assert surface.heights.std() == approx(82e-9, abs=0.5e-9)
 
 
 @measured_files
@@ -94,10 +96,10 @@ def test_optical_map_against_its_raw_numbers(library):  # noqa: ARG001 - skips w
         raw = np.frombuffer(archive.read("bindata/data.bin"), "<f8").reshape(650, 650)
     steps = [float(index.find(f"Record1/Axes/{axis}/Increment").text) for axis in ("CX", "CY")]
     assert surface.shape == (650, 650)
-    assert surface.pixel_size == pytest.approx(steps, rel=8 * EPS)
-    assert surface.size == pytest.approx((83e-6, 204e-6), rel=5e-3)
-    np.testing.assert_array_equal(surface.heights, raw.T)
-    assert surface.heights.std() == pytest.approx(77e-9, abs=0.5e-9)
+    assert surface.pixel_size == approx(steps, rel=8 * EPS)
+    assert surface.size == approx((83e-6, 204e-6), rel=5e-3)
+    assert_array_equal(surface.heights, raw.T)
+    assert surface.heights.std() == approx(77e-9, abs=0.5e-9)
 
 
 @measured_files
@@ -105,7 +107,7 @@ def test_channels_of_a_measured_file(library):  # noqa: ARG001 - skips where it 
     path = HEIGHTS / "di-4.di"
     default = read_surface(path)
     for channel in (0, "ZSensor"):
-        np.testing.assert_array_equal(read_surface(path, channel=channel).heights, default.heights)
+        assert_array_equal(read_surface(path, channel=channel).heights, default.heights)
     listed = r"0 ZSensor, 1 AmplitudeError \(no heights\), and 1 more"
     # the amplitude error is in nm, and still no height
     for channel in (1, "AmplitudeError", 2, "Phase"):
@@ -146,10 +148,10 @@ def test_units_and_missing_points_come_through(library, tmp_path, ending):
     assert surface.shape == (12, 7)
     # two conversions on the way there and back, and the digits of the text formats (15 after the
     # point)
-    assert surface.pixel_size == pytest.approx((0.5e-10, 2e-10), rel=1e-14)
-    np.testing.assert_array_equal(surface.missing, np.isnan(heights))
+    assert surface.pixel_size == approx((0.5e-10, 2e-10), rel=1e-14)
+    assert_array_equal(surface.missing, np.isnan(heights))
     assert surface.missing.any()
-    np.testing.assert_allclose(surface.heights, heights * 1e-10, rtol=8 * EPS)
+    assert_allclose(surface.heights, heights * 1e-10, rtol=8 * EPS)
 
 
 def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # noqa: ARG001 - skips where it is not there
@@ -160,7 +162,7 @@ def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # no
     with refused("does not state which are heights; give channel: 0 x, 1 z"):
         read_surface(path, **METRES)
     surface = read_surface(path, channel="z", pixel_size=(1.0, 2.0), height_unit="m")
-    np.testing.assert_array_equal(surface.heights, np.arange(12.0).reshape(4, 3))
+    assert_array_equal(surface.heights, np.arange(12.0).reshape(4, 3))
     assert surface.pixel_size == (1.0, 2.0)
     with refused("does not state the distance between its points; give pixel_size"):
         read_surface(path, channel="z", height_unit="m")
@@ -175,8 +177,8 @@ ROWS = "1 2 3 4\n5 6 nan 8\n9 10 11 12\n"
 
 def test_a_header_says_size_and_unit(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
     surface = read_surface(written(tmp_path / "map.txt", HEADER + ROWS))
-    assert surface.pixel_size == pytest.approx((2e-6, 0.5e-6), rel=8 * EPS)
-    np.testing.assert_allclose(
+    assert surface.pixel_size == approx((2e-6, 0.5e-6), rel=8 * EPS)
+    assert_allclose(
         surface.heights,
         np.array([[1, 5, 9], [2, 6, 10], [3, np.nan, 11], [4, 8, 12]]) * 1e-9,
         rtol=4 * EPS,
@@ -225,16 +227,16 @@ def test_coordinates_of_a_map(library, tmp_path):  # noqa: ARG001 - skips where 
     with refused("does not name the unit of its distances; give lateral_unit"):
         read_surface(path, height_unit="nm")
     surface = read_surface(path, height_unit="nm", lateral_unit="µm")
-    assert surface.pixel_size == pytest.approx((0.5e-6, 0.25e-6), rel=8 * EPS)
-    np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=4 * EPS)
+    assert surface.pixel_size == approx((0.5e-6, 0.25e-6), rel=8 * EPS)
+    assert_allclose(surface.heights, heights * 1e-9, rtol=4 * EPS)
     assert surface.missing.any()
 
 
 def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
     units = {"height_unit": "nm", "lateral_unit": "mm"}
     surface = read_surface(written(tmp_path / "even.xyz", "0 1\n0.5 2\n1 4\n1.5 3\n"), **units)
-    np.testing.assert_allclose(surface.heights[:, 0], np.array([1, 2, 4, 3]) * 1e-9, rtol=4 * EPS)
-    assert surface.pixel_size[0] == pytest.approx(0.5e-3, rel=8 * EPS)
+    assert_allclose(surface.heights[:, 0], np.array([1, 2, 4, 3]) * 1e-9, rtol=4 * EPS)
+    assert surface.pixel_size[0] == approx(0.5e-3, rel=8 * EPS)
     with refused("uneven distances"):
         read_surface(written(tmp_path / "uneven.xyz", "0 1\n0.5 2\n1.1 4\n1.5 3\n"), **units)
     # uneven by a third, but by less than SurfaceTopography sees
@@ -289,22 +291,22 @@ def test_a_matrix_in_many_spellings(scratch, case):
     path = scratch / "matrix.txt"
     path.write_bytes(text.encode())
     surface = read_surface(path, **METRES)
-    np.testing.assert_array_equal(surface.heights, matrix.T)
+    assert_array_equal(surface.heights, matrix.T)
 
 
 def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
     surface = read_surface(written(tmp_path / "map.csv", "1,2,3,4,\n5,,7,8,\n"), **METRES)
-    np.testing.assert_array_equal(surface.heights, np.array([[1, 5], [2, np.nan], [3, 7], [4, 8]]))
+    assert_array_equal(surface.heights, np.array([[1, 5], [2, np.nan], [3, 7], [4, 8]]))
     for text, last in [
         ("1,2,3,4,\n5,6,7,8,9\n", [np.nan, 9]),
         ("1,2,3,4,9\n5,6,7,8,\n", [9, np.nan]),
     ]:
         surface = read_surface(written(tmp_path / "map.csv", text), **METRES)
-        np.testing.assert_array_equal(surface.heights[4], last)
+        assert_array_equal(surface.heights[4], last)
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    "text, message",
     [
         (
             "1 2 3 4\n\n5 6 7\n",
@@ -411,7 +413,7 @@ def test_damaged_arrays(scratch, ending, data):
     attempt(path, **METRES)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def small_files(library, scratch):
     """Small files of SurfaceTopography's formats, by their endings."""
     topography = library.Topography(
@@ -448,7 +450,7 @@ def test_what_an_archive_unpacks_to_has_a_bound(tmp_path, monkeypatch):
 
 def cf_map(path, units, *, dimensions=("x", "y"), key="units"):
     """Write a map of 40 × 50 points, 2 µm apart, with lengths in the given units, and return its heights [m]."""
-    xr = pytest.importorskip("xarray")
+    xr = importorskip("xarray")
     heights = 1e-6 * rough((40, 50))
     per = {"m": 1.0, "mm": 1e3, "um": 1e6, "µm": 1e6, "nm": 1e9, None: 1e6}
     attributes = {name: {key: unit} if unit else {} for name, unit in units.items()}
@@ -466,7 +468,7 @@ def cf_map(path, units, *, dimensions=("x", "y"), key="units"):
 
 
 @pytest.mark.parametrize(
-    ("units", "dimensions", "key"),
+    "units, dimensions, key",
     [
         (("mm", "mm", "um"), ("y", "x"), "units"),
         (("m", "m", "m"), ("x", "y"), "unit"),
@@ -479,12 +481,12 @@ def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
         path, dict(zip(("x", "y", "heights"), units, strict=True)), dimensions=dimensions, key=key
     )
     surface = read_surface(path)
-    assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-12)
-    np.testing.assert_allclose(surface.heights, heights, rtol=1e-12)
+    assert surface.pixel_size == approx((2e-6, 2e-6), rel=1e-12)
+    assert_allclose(surface.heights, heights, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("units", "given", "message"),
+    "units, given, message",
     [
         (("mm", "mm", None), {}, "does not name the unit of its heights; give height_unit"),
         (("mm", None, "um"), {}, "names the unit of one of its coordinates only"),
@@ -503,7 +505,7 @@ def test_a_netcdf_map_without_units_or_with_others(tmp_path, units, given, messa
 
 
 @pytest.mark.parametrize(
-    ("name", "delimiter"), [("list.csv", ","), ("list.txt", "\t"), ("list.xyz", " ")]
+    "name, delimiter", [("list.csv", ","), ("list.txt", "\t"), ("list.xyz", " ")]
 )
 def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # noqa: ARG001 - skips where it is missing
     heights = rough((5, 6)).round(6)
@@ -516,8 +518,8 @@ def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # no
     with refused("does not name the unit of its heights; give height_unit"):
         read_surface(path)
     surface = read_surface(path, height_unit="nm", lateral_unit="µm")
-    assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-9)
-    np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=1e-5)
+    assert surface.pixel_size == approx((2e-6, 2e-6), rel=1e-9)
+    assert_allclose(surface.heights, heights * 1e-9, rtol=1e-5)
 
 
 def test_a_profile_with_a_header_of_its_instrument(library, tmp_path):  # noqa: ARG001 - skips where it is missing
@@ -528,8 +530,8 @@ def test_a_profile_with_a_header_of_its_instrument(library, tmp_path):  # noqa: 
         f"Scan Parameters\nLength,5 um\n\nLateral um,Raw Micrometer\n{rows}\n",
     )
     surface = read_surface(path)
-    assert surface.pixel_size[0] == pytest.approx(1e-6, rel=1e-9)
-    np.testing.assert_allclose(surface.heights[:, 0], np.array(heights) * 1e-6, rtol=1e-12)
+    assert surface.pixel_size[0] == approx(1e-6, rel=1e-9)
+    assert_allclose(surface.heights[:, 0], np.array(heights) * 1e-6, rtol=1e-12)
 
 
 @pytest.mark.parametrize("placeholders", [[-9999.0, 1e10]])
@@ -545,7 +547,7 @@ def test_placeholders_of_missing_points_are_reported(tmp_path, placeholders):
     ):
         read_surface(path, **options)
     surface = read_surface(path, **options, missing=placeholders)
-    np.testing.assert_array_equal(surface.missing, np.isin(heights.T, placeholders))
+    assert_array_equal(surface.missing, np.isin(heights.T, placeholders))
     with refused("missing is 7, but no height equals it"):
         read_surface(path, **options, missing=7)
 
@@ -560,7 +562,7 @@ def test_a_particle_is_no_placeholder(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("pixel_size", "height_unit", "implausible"),
+    "pixel_size, height_unit, implausible",
     [
         ("4 m", "nm", True),
         ("1 µm", "nm", False),

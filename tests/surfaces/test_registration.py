@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-import pytest
 from golden import check_messages
+from pytest import approx, importorskip, mark
 
 import historysim as hs
 from historysim.surfaces.registration import KEPT, LOST
 
-pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
+importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
 
 PIXEL = 1e-6
 HEIGHT = 1e-6
@@ -56,8 +56,8 @@ def pair(seed, shift, rotation, *, noise=0.02, level=1.0, points=(128, 128)):
     return *(hs.Surface(heights, PIXEL) for heights in maps), lost
 
 
-@pytest.mark.parametrize(
-    ("seed", "shift", "rotation", "options"),
+@mark.parametrize(
+    "seed, shift, rotation, options",
     [
         (1, (3.3, -5.7), 0.6, {}),
         (3, (20.5, 14.25), 0.3, {"level": 0.5}),
@@ -66,10 +66,10 @@ def pair(seed, shift, rotation, *, noise=0.02, level=1.0, points=(128, 128)):
 def test_shift_rotation_and_worn_volume_are_found(seed, shift, rotation, options):
     before, after, lost = pair(seed, shift, rotation, **options)
     found = hs.register_maps(before, after)
-    assert np.array(found.shift) / PIXEL == pytest.approx(shift, abs=0.1)
+    assert np.array(found.shift) / PIXEL == approx(shift, abs=0.1)
     assert abs(np.array(found.shift) / PIXEL - shift).max() < 6 * found.shift_error / PIXEL
-    assert math.degrees(found.rotation) == pytest.approx(rotation, abs=0.02)
-    assert found.worn_volume == pytest.approx(lost, rel=0.02)
+    assert math.degrees(found.rotation) == approx(rotation, abs=0.02)
+    assert found.worn_volume == approx(lost, rel=0.02)
     assert abs(found.worn_volume - lost) < 3 * found.worn_volume_error < 0.03 * lost
     assert (found.fate != KEPT).sum() > 0.5 * (
         before.summits().height > options.get("level", 1.0) * HEIGHT
@@ -80,9 +80,9 @@ def test_a_worn_volume_gives_its_law():
     law = hs.wear.ArchardWear.from_volume(
         "3 µm3", normal_load="200 mN", sliding_distance="10 mm", hardness=6e9
     )
-    assert law.coefficient == pytest.approx(3e-18 * 6e9 / (0.2 * 0.01))
+    assert law.coefficient == approx(3e-18 * 6e9 / (0.2 * 0.01))
     energy = hs.wear.EnergyWear.from_volume("3 µm3", dissipated_energy=4e-4)
-    assert energy.volume_per_energy == pytest.approx(3e-18 / 4e-4)
+    assert energy.volume_per_energy == approx(3e-18 / 4e-4)
 
 
 def test_without_wear_nothing_is_significant():
@@ -100,7 +100,7 @@ def test_maps_without_noise_differ_where_they_are_worn_alone():
     one = pair(8, (0.0, 0.0), 0.0, noise=0.0, level=10.0)[0]
     found = hs.register_maps(one, hs.Surface(np.minimum(one.heights, HEIGHT), PIXEL))
     lost = np.maximum(one.heights - HEIGHT, 0.0).sum() * PIXEL**2
-    assert found.worn_volume == pytest.approx(lost, rel=1e-3)
+    assert found.worn_volume == approx(lost, rel=1e-3)
 
 
 def test_missing_points_and_another_pixel_size_are_allowed():
@@ -108,7 +108,7 @@ def test_missing_points_and_another_pixel_size_are_allowed():
     hole = np.zeros(before.shape, dtype=bool)
     hole[40:50, 60:70] = True
     found = hs.register_maps(before.without(hole), after.at_resolution(0.8 * PIXEL))
-    assert np.array(found.shift) / PIXEL == pytest.approx((3.0, -2.0), abs=0.1)
+    assert np.array(found.shift) / PIXEL == approx((3.0, -2.0), abs=0.1)
     assert 0.9 * lost < found.worn_volume < 1.02 * lost
 
 

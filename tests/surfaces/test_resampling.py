@@ -1,9 +1,10 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import mark
 from scipy.interpolate import CubicSpline
 
 from historysim.surfaces.resampling import _interpolate_by_waves as by_waves
@@ -48,8 +49,8 @@ shapes = st.tuples(st.integers(2, 8), st.integers(2, 8))
 steps = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
 
 
-@pytest.mark.parametrize("size", [3, 30])
-@pytest.mark.parametrize("quarters", [-5, 1, 2])
+@mark.parametrize("size", [3, 30])
+@mark.parametrize("quarters", [-5, 1, 2])
 def test_quarter_turns_from_x_towards_y_agree_with_numpy(quarters, size):
     # np.rot90 turns from the first axis towards the second one, and these are x and y
     heights = noise((size, size), missing=0.2)
@@ -57,7 +58,7 @@ def test_quarter_turns_from_x_towards_y_agree_with_numpy(quarters, size):
         found = onto_itself(
             heights, pixel_size=(PX, PX), rotation=quarters * np.pi / 2, periodic=periodic
         )
-        np.testing.assert_array_equal(found, np.rot90(heights, quarters))
+        assert_array_equal(found, np.rot90(heights, quarters))
 
 
 # --- between the points
@@ -74,7 +75,7 @@ def test_a_periodic_map_is_the_periodic_bicubic_spline():
         np.arange(ny + 1), np.hstack([half, half[:, :1]]), axis=1, bc_type="periodic"
     )
     found = onto_itself(heights, shift=(a * PX, b * PY), periodic=True)
-    np.testing.assert_allclose(found, along_y((np.arange(ny) - b) % ny), rtol=0, atol=100 * EPS)
+    assert_allclose(found, along_y((np.arange(ny) - b) % ny), rtol=0, atol=100 * EPS)
 
 
 def plane(shape, pixel=(1.0, 1.0)):
@@ -82,8 +83,8 @@ def plane(shape, pixel=(1.0, 1.0)):
     return 3 + x - 2 * y
 
 
-@pytest.mark.parametrize(
-    ("how", "shape"),
+@mark.parametrize(
+    "how, shape",
     [
         ({"shift": (0.5, 0.25)}, (2, 2)),
         ({"rotation": 0.3}, (3, 3)),
@@ -98,14 +99,14 @@ def test_a_plane_between_its_points_is_a_plane_up_to_the_border(how, shape):
     assert here.any()
     # to 1e-8 of the rise of a pixel, in case it is continued for 14 points or more beyond its
     # border (0.27^14 of it)
-    np.testing.assert_allclose(found[here], wanted[here], rtol=0, atol=2e-8)
+    assert_allclose(found[here], wanted[here], rtol=0, atol=2e-8)
 
 
 # --- missing points
 # ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("periodic", [False, True])
+@mark.parametrize("periodic", [False, True])
 def test_heights_are_missing_where_one_of_the_points_around_is(periodic):
     heights = np.zeros((8, 9))
     heights[3, 4] = math.nan
@@ -134,7 +135,7 @@ def test_heights_are_missing_where_one_of_the_points_around_is(periodic):
 # ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("interpolation", ["spline", "fourier", "none"])
+@mark.parametrize("interpolation", ["spline", "fourier", "none"])
 @given(seed=st.integers(0, 10**6), shape=shapes, steps=steps)
 def test_whole_pixels_move_a_periodic_map_bit_for_bit_by_any_interpolation(
     interpolation, seed, shape, steps
@@ -142,11 +143,11 @@ def test_whole_pixels_move_a_periodic_map_bit_for_bit_by_any_interpolation(
     heights = noise(shape, seed)
     shift = steps[0] * PX, steps[1] * PY
     found = onto_itself(heights, shift=shift, periodic=True, interpolation=interpolation)
-    np.testing.assert_array_equal(found, np.roll(heights, steps, axis=(0, 1)))
+    assert_array_equal(found, np.roll(heights, steps, axis=(0, 1)))
 
 
-@pytest.mark.parametrize(("part", "step"), [(0.49, 0), (0.51, 1), (-2.45, -2)])
-@pytest.mark.parametrize("periodic", [False, True])
+@mark.parametrize("part, step", [(0.49, 0), (0.51, 1), (-2.45, -2)])
+@mark.parametrize("periodic", [False, True])
 def test_without_interpolation_a_map_moves_by_the_nearest_whole_pixel(part, step, periodic):
     heights = noise((9, 8), missing=0.1)
     found = onto_itself(
@@ -155,7 +156,7 @@ def test_without_interpolation_a_map_moves_by_the_nearest_whole_pixel(part, step
     expected = (
         np.roll(heights, (step, -step), axis=(0, 1)) if periodic else moved(heights, (step, -step))
     )
-    np.testing.assert_array_equal(found, expected)
+    assert_array_equal(found, expected)
 
 
 # --- the Fourier series ---
@@ -190,4 +191,4 @@ def test_a_map_between_its_points_is_the_sum_of_its_waves(nx, ny, seed):
     expected = summed(heights, x, y)
     assert np.abs(expected.imag).max() < 1e-12
     # phases of 20 turns keep 1e-14 of a turn, in each of at most 81 waves
-    np.testing.assert_allclose(by_waves(heights, x, y), expected.real, rtol=0, atol=1e-11)
+    assert_allclose(by_waves(heights, x, y), expected.real, rtol=0, atol=1e-11)

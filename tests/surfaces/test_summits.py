@@ -2,10 +2,11 @@ import math
 from itertools import product
 
 import numpy as np
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
+from numpy.testing import assert_allclose
+from pytest import approx, mark
 from scipy import ndimage
 from scipy.optimize import minimize
 
@@ -124,9 +125,7 @@ def test_maps_full_of_ties_against_brute_force(heights, rule, periodic):
     assert len(found) == len(wanted)
     # in the order of their first points, as the oracle has them; integers, so only the means are
     # rounded
-    np.testing.assert_allclose(
-        columns(found), np.reshape(wanted, (-1, 4)).T, rtol=8 * EPS, atol=1e-14
-    )
+    assert_allclose(columns(found), np.reshape(wanted, (-1, 4)).T, rtol=8 * EPS, atol=1e-14)
 
 
 @given(
@@ -140,7 +139,7 @@ def test_profiles_full_of_ties_against_brute_force(values, along_y, periodic):
     heights = np.array([values], float) if along_y else np.array(values, float)[:, None]
     found = find_summits(heights, (2.0, 0.5), 3, periodic=periodic)
     wanted = np.reshape(expected(heights, (2.0, 0.5), 3, periodic), (-1, 4)).T
-    np.testing.assert_allclose(columns(found), wanted, rtol=8 * EPS, atol=1e-14)
+    assert_allclose(columns(found), wanted, rtol=8 * EPS, atol=1e-14)
     assert found.nominal_area is None
     assert found.density is None
 
@@ -152,7 +151,7 @@ def test_maps_of_any_heights_against_brute_force(seed, shape, periodic):
         found = find_summits(heights, (0.25, 8.0), rule, periodic=periodic)
         wanted = np.reshape(expected(heights, (0.25, 8.0), rule, periodic), (-1, 4)).T
         # the drop is the difference of numbers of about 3, and now and then as small as 0.01
-        np.testing.assert_allclose(columns(found), wanted, rtol=1e-11)
+        assert_allclose(columns(found), wanted, rtol=1e-11)
 
 
 # --- analytic surfaces
@@ -171,15 +170,15 @@ def centred(shape, at=(0.0, 0.0)):
 TOPS = [(0, 0), (0.5, 0), (0, 0.5), (0.5, 0.5)]
 
 
-@pytest.mark.parametrize("rule", [5, 9])
-@pytest.mark.parametrize("top", TOPS)
+@mark.parametrize("rule", [5, 9])
+@mark.parametrize("top", TOPS)
 def test_a_paraboloid_on_and_between_points_is_found_once_exactly(top, rule):
     x, y = centred((9, 8), top)
     # 1/R_x = 1.5·2^10 and 1/R_y = 2^9 in 1/m: all heights are exact in binary, so the ties are ties
     heights = 2.0**-20 - 1.5 * 2**10 * x**2 / 2 - 2.0**9 * y**2 / 2
     found = find_summits(heights, (PX, PY), rule)
     assert len(found) == 1
-    assert found.radius[0] == pytest.approx(1 / (2**10), rel=4 * EPS)
+    assert found.radius[0] == approx(1 / (2**10), rel=4 * EPS)
     assert found.height[0] == heights.max()
     assert (found.x[0], found.y[0]) == ((4 + top[0]) * PX, (4 + top[1]) * PY)
     assert found.nominal_area == 72 * PX * PY
@@ -196,8 +195,8 @@ def chord_curvature(radius, x, y, pixel):
     return (fall(x - pixel) + fall(x + pixel)) / pixel**2
 
 
-@pytest.mark.parametrize("radius", [10e-6, 10e-3])
-@pytest.mark.parametrize("top", [*TOPS, (0.25, -0.375)])
+@mark.parametrize("radius", [10e-6, 10e-3])
+@mark.parametrize("top", [*TOPS, (0.25, -0.375)])
 def test_a_sphere_is_found_once_with_the_radius_of_its_chords(radius, top):
     x, y = centred((9, 9), top)
     heights = np.sqrt(radius**2 - x**2 - y**2) - radius
@@ -206,7 +205,7 @@ def test_a_sphere_is_found_once_with_the_radius_of_its_chords(radius, top):
     place = min(abs(top[0]), 0.5) * PX, min(abs(top[1]), 0.5) * PY
     kappa = (chord_curvature(radius, *place, PX) + chord_curvature(radius, *place[::-1], PY)) / 2
     # the root is rounded by EPS R/2, against a drop of p²/(2 R)
-    assert found.radius[0] == pytest.approx(1 / kappa, rel=8 * EPS * (radius / PX) ** 2)
+    assert found.radius[0] == approx(1 / kappa, rel=8 * EPS * (radius / PX) ** 2)
     # by Taylor, (1 + p²/4 R² + 3 x²/2 R² + y²/2 R²)/R with |x|, |y| ≤ p/2: chords are at most 3
     # p²/4 R² steeper
     sharper = 1 - found.radius[0] / radius
@@ -214,7 +213,7 @@ def test_a_sphere_is_found_once_with_the_radius_of_its_chords(radius, top):
     assert -rounding <= sharper <= 0.8 * (PY / radius) ** 2 + rounding
     if top == (0, 0):
         halves = [2 / (radius + math.sqrt(radius**2 - p**2)) for p in (PX, PY)]
-        assert kappa == pytest.approx(sum(halves) / 2, rel=8 * EPS)
+        assert kappa == approx(sum(halves) / 2, rel=8 * EPS)
 
 
 # --- plateaus
@@ -236,14 +235,14 @@ PICTURES = {
 }
 
 
-@pytest.mark.parametrize("rule", [5, 9])
-@pytest.mark.parametrize("picture", PICTURES.values(), ids=PICTURES)
+@mark.parametrize("rule", [5, 9])
+@mark.parametrize("picture", PICTURES.values(), ids=PICTURES)
 def test_a_plateau_is_one_summit(picture, rule):
     heights = drawn(picture)
     for periodic in (False, True):
         found = find_summits(heights, (PX, PY), rule, periodic=periodic)
         wanted = np.reshape(expected(heights, (PX, PY), rule, periodic), (-1, 4)).T
-        np.testing.assert_allclose(columns(found), wanted, rtol=8 * EPS, atol=1e-22)
+        assert_allclose(columns(found), wanted, rtol=8 * EPS, atol=1e-22)
 
 
 # --- missing points, profiles, small maps
@@ -283,7 +282,7 @@ def over_nayak(rule, seeds=32, length=6.0):
     amplitude, kx = hump((512, 512), length)
     m0, m2, m4 = (moment(amplitude, kx, order) for order in (0, 2, 4))
     alpha = m0 * m4 / m2**2
-    assert alpha == pytest.approx(3, rel=1e-9)
+    assert alpha == approx(3, rel=1e-9)
     nayak = np.array(
         [
             m4 / (6 * np.pi * math.sqrt(3) * m2),
@@ -344,7 +343,7 @@ def test_summits_of_a_well_resolved_gaussian_surface_after_nayak():
     rule, excess, lack = 9, 0.0103, 0.0033
     limit = limit_over_nayak(rule)
     # it scatters by 0.3 % of what is not a true summit's
-    np.testing.assert_allclose(limit, [1 + excess, 1 - lack, 1 - lack], atol=0.002 + 0.01 * excess)
+    assert_allclose(limit, [1 + excess, 1 - lack, 1 - lack], atol=0.002 + 0.01 * excess)
     ratios = over_nayak(rule)
     # what a grid of finite pixels does varies as p²: a third of the change from two pixels to one,
     # on the same surfaces
@@ -375,7 +374,7 @@ def by_levels(heights, point, structure):
     return np.inf
 
 
-@pytest.mark.parametrize("offsets", [EIGHT, FOUR])
+@mark.parametrize("offsets", [EIGHT, FOUR])
 def test_prominence_is_the_drop_to_the_level_at_which_a_higher_top_joins(offsets):
     rng = np.random.default_rng(1)
     structure = np.ones((3, 3)) if offsets == EIGHT else ndimage.generate_binary_structure(2, 1)
@@ -418,7 +417,7 @@ def test_a_plateau_is_as_prominent_as_its_top():
 # --- summits that stand apart ---
 
 
-@pytest.mark.parametrize("count", [1, 2, 10])
+@mark.parametrize("count", [1, 2, 10])
 def test_summits_far_above_all_others_are_counted(count):
     height = np.random.default_rng(count).normal(0, 1, 10_000)
     height[:count] = 20 + np.arange(count)
@@ -426,7 +425,7 @@ def test_summits_far_above_all_others_are_counted(count):
     assert detached_summits(height * 1e-9 + 1e-3) == count
 
 
-@pytest.mark.parametrize("draw", ["normal", "gumbel"])
+@mark.parametrize("draw", ["normal", "gumbel"])
 def test_nothing_stands_apart_in_heights_drawn_by_chance(draw):
     rng = np.random.default_rng(1)
     # the chance of one in all is below 300 · 10 · 1e-6
@@ -461,14 +460,12 @@ def test_summits_meet_where_the_sum_of_their_paraboloids_is_highest():
         )
         # paraboloids are spheres but for the square of the slope
         height = first.height[one] + second.height[other] - lowest.fun * 1e-9
-        assert found.height[at] == pytest.approx(height, abs=2e-12 * lowest.fun)
-        np.testing.assert_allclose([found.x[at], found.y[at]], lowest.x, atol=1e-12)
-        assert 1 / found.radius[at] == pytest.approx(
-            1 / first.radius[one] + 1 / second.radius[other]
-        )
+        assert found.height[at] == approx(height, abs=2e-12 * lowest.fun)
+        assert_allclose([found.x[at], found.y[at]], lowest.x, atol=1e-12)
+        assert 1 / found.radius[at] == approx(1 / first.radius[one] + 1 / second.radius[other])
         # it rises towards the first where the second is before it
         flank = -(lowest.x[0] - first.x[one]) / first.radius[one]
-        assert found.slope[at] == pytest.approx(flank, rel=2e-3)
+        assert found.slope[at] == approx(flank, rel=2e-3)
 
 
 def test_summits_meet_that_have_chosen_each_other():
@@ -478,8 +475,8 @@ def test_summits_meet_that_have_chosen_each_other():
     # the second one is nearer to a higher one, which has chosen it, and the last two are beyond
     # reach of any
     assert len(found) == 1
-    assert found.slope == pytest.approx(-0.4 / 20, rel=1e-3)
-    assert found.x == pytest.approx(0.2e-6)
+    assert found.slope == approx(-0.4 / 20, rel=1e-3)
+    assert found.x == approx(0.2e-6)
     mirrored = second.meeting(first)
-    assert mirrored.slope == pytest.approx(-found.slope)
-    assert mirrored.height == pytest.approx(found.height)
+    assert mirrored.slope == approx(-found.slope)
+    assert mirrored.height == approx(found.height)

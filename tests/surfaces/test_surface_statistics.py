@@ -3,9 +3,10 @@ import warnings
 from fractions import Fraction
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from pytest import approx, fixture, importorskip
 from rough_maps import (
     EPS,
     NAN,
@@ -52,14 +53,12 @@ def test_statistics_against_loops_over_the_points(z, pixel, periodic):
     # about 25 roundings in a row, of the heights about the mean; the mean itself is as good as its
     # datum
     rtol = 64 * EPS
-    assert found.mean == pytest.approx(float(points.mean), rel=4 * EPS, abs=64 * EPS * 1e-6)
-    assert found.rms_height == pytest.approx(rms, rel=rtol)
-    assert found.mean_deviation == pytest.approx(
-        float(sum(map(abs, points.deviations)) / count), rel=rtol
-    )
+    assert found.mean == approx(float(points.mean), rel=4 * EPS, abs=64 * EPS * 1e-6)
+    assert found.rms_height == approx(rms, rel=rtol)
+    assert found.mean_deviation == approx(float(sum(map(abs, points.deviations)) / count), rel=rtol)
     spread = max(points.deviations) - min(points.deviations)
-    assert found.height_range == pytest.approx(float(spread), rel=rtol)
-    assert found.missing_fraction == pytest.approx(1 - count / z.size, abs=EPS)
+    assert found.height_range == approx(float(spread), rel=rtol)
+    assert found.missing_fraction == approx(1 - count / z.size, abs=EPS)
     for name, power in (("skewness", 3), ("kurtosis", 4)):
         exact = (
             float(sum(value**power for value in points.deviations) / count) / rms**power
@@ -68,15 +67,15 @@ def test_statistics_against_loops_over_the_points(z, pixel, periodic):
         )
         # a skewness of 0 is the difference of two sums of the order of the kurtosis, at most the
         # number of points
-        assert getattr(found, name) == pytest.approx(exact, rel=rtol, abs=rtol * 25, nan_ok=True)
+        assert getattr(found, name) == approx(exact, rel=rtol, abs=rtol * 25, nan_ok=True)
     # second differences add four heights up to half a spread from their middle, 4 EPS of it for 0
     # in the end
     atol = 8 * EPS * float(max(abs(value) for value in points.z.values() if value is not None))
     for order, average, moment in ((1, "rms_slope", "m2"), (2, "rms_curvature", "m4")):
         exact, square = brute_differences(points, pixel, order)
         floor = atol / min(pixel) ** order
-        assert getattr(found, average) == pytest.approx(exact, rel=rtol, abs=floor, nan_ok=True)
-        assert math.sqrt(getattr(found.moments, moment)) == pytest.approx(
+        assert getattr(found, average) == approx(exact, rel=rtol, abs=floor, nan_ok=True)
+        assert math.sqrt(getattr(found.moments, moment)) == approx(
             math.sqrt(square), rel=rtol, abs=floor, nan_ok=True
         )
 
@@ -99,8 +98,8 @@ def test_autocorrelation_against_loops_over_the_pairs(z, pixel, periodic):
     assume(any(points.deviations))
     found = autocorrelation(z, pixel, periodic=periodic)
     steps = [range(-(n // 2), n // 2 + 1) for n in z.shape]
-    np.testing.assert_allclose(found.lags_x, np.array(steps[0]) * pixel[0], rtol=2 * EPS)
-    np.testing.assert_allclose(found.lags_y, np.array(steps[1]) * pixel[1], rtol=2 * EPS)
+    assert_allclose(found.lags_x, np.array(steps[0]) * pixel[0], rtol=2 * EPS)
+    assert_allclose(found.lags_y, np.array(steps[1]) * pixel[1], rtol=2 * EPS)
     variance = brute_autocorrelation(points, (0, 0))
     exact = [
         [float(brute_autocorrelation(points, (i, j)) / variance) for j in steps[1]]
@@ -108,7 +107,7 @@ def test_autocorrelation_against_loops_over_the_pairs(z, pixel, periodic):
     ]
     # a transform of at most 8 × 8 keeps each sum to a few EPS of the greatest one, that of up to 25
     # pairs, of which the least frequent lag has one
-    np.testing.assert_allclose(found.values, exact, rtol=0, atol=25 * 16 * EPS)
+    assert_allclose(found.values, exact, rtol=0, atol=25 * 16 * EPS)
     assert found.values[z.shape[0] // 2, z.shape[1] // 2] == 1
 
 
@@ -116,7 +115,7 @@ def test_length_is_interpolated_between_the_lags_around_it():
     lags = np.arange(-3, 4) * 2.0
     values = np.array([[0.3, 0.05, 0.5, 1.0, 0.5, 0.05, 0.3]])
     found = Autocorrelation(np.zeros(1), lags, values)
-    assert found.length("y", 0.1) == pytest.approx(2 + 2 * (0.5 - 0.1) / 0.45, rel=4 * EPS)
+    assert found.length("y", 0.1) == approx(2 + 2 * (0.5 - 0.1) / 0.45, rel=4 * EPS)
     assert found.length("y", 0.5) == 2
     assert found.length("y", 0.75) == 1
     assert found.length("y", 0.05) == 4
@@ -124,17 +123,17 @@ def test_length_is_interpolated_between_the_lags_around_it():
     assert math.isnan(found.length("x"))
     # over a lag without pairs, straight on to the next one
     gap = Autocorrelation(lags, np.zeros(1), np.array([[0.2, NAN, 0.6, 1, 0.6, NAN, 0.2]]).T)
-    assert gap.length("x", 0.4) == pytest.approx(4, rel=4 * EPS)
+    assert gap.length("x", 0.4) == approx(4, rel=4 * EPS)
 
 
 # --- both ---
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def topography():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return pytest.importorskip("SurfaceTopography").Topography
+        return importorskip("SurfaceTopography").Topography
 
 
 def test_conventions_of_surface_topography(topography):
@@ -148,7 +147,7 @@ def test_conventions_of_surface_topography(topography):
         heights, gradient = other.rms_height_from_area(), other.rms_gradient()
         slopes = [each.rms_slope_from_profile() for each in (other, turned)]
         curvatures = [each.rms_curvature_from_profile() for each in (other, turned)]
-    assert found.rms_height == pytest.approx(heights, rel=1e-12)
-    assert found.moments.m2 == pytest.approx(gradient**2 / 2, rel=1e-12)
-    assert found.moments.m2 == pytest.approx(np.mean(np.square(slopes)), rel=1e-12)
-    assert found.moments.m4 == pytest.approx(np.mean(np.square(curvatures)), rel=1e-12)
+    assert found.rms_height == approx(heights, rel=1e-12)
+    assert found.moments.m2 == approx(gradient**2 / 2, rel=1e-12)
+    assert found.moments.m2 == approx(np.mean(np.square(slopes)), rel=1e-12)
+    assert found.moments.m4 == approx(np.mean(np.square(curvatures)), rel=1e-12)

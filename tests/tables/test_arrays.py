@@ -8,8 +8,9 @@ import zlib
 
 import attrs
 import numpy as np
-import pytest
 from number_files import write_matlab_73
+from numpy.testing import assert_array_equal
+from pytest import fixture, importorskip, mark, raises
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table, summarise_text
@@ -33,7 +34,7 @@ def values(path, *columns, units="s", missing=False, **layout):
 
 
 def refusal(path, *columns, **arguments):
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         values(path, *columns, **arguments)
     return str(refused.value)
 
@@ -45,13 +46,13 @@ def listed(path, **layout):
 # -- JSON ------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def file(tmp_path):
     return tmp_path / "f.json"
 
 
-@pytest.mark.parametrize(
-    ("document", "columns", "layout"),
+@mark.parametrize(
+    "document, columns, layout",
     [
         ({"run": {"t": [0, 1, 2], "at": {"F": [3, 4.5, 5]}}}, ["run.t", "run.at.F"], {}),
         (
@@ -75,17 +76,15 @@ def test_shapes_of_json(file, document, columns, layout):
 
 def test_missing_values_of_json(file):
     file.write_text('{"t": [0, null, NaN, "NaN", "", "-"]}', encoding="utf-8")
-    np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0] + [np.nan] * 5)
+    assert_array_equal(values(file, "t", missing=True)[0], [0.0] + [np.nan] * 5)
     assert (
         refusal(file, "t") == "f.json: row 2, column 't': missing (NaN); expected a finite number"
     )
     file.write_text('[{"t": 0}, {"F": 1}]', encoding="utf-8")
-    np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0, np.nan])
+    assert_array_equal(values(file, "t", missing=True)[0], [0.0, np.nan])
 
 
-@pytest.mark.parametrize(
-    "units", [{"F unit": "kN"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}]
-)
+@mark.parametrize("units", [{"F unit": "kN"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}])
 def test_units_next_to_arrays_of_json(file, units):
     file.write_text(json.dumps({"run": {"t": [0], "F": [1.5]} | units}), encoding="utf-8")
     assert values(file, "run.F", units="N") == [[1500.0]]
@@ -146,7 +145,7 @@ VARIABLES = {
 }
 
 
-@pytest.fixture
+@fixture
 def matlab_73(tmp_path):
     """As MATLAB writes it: two dimensions in the other order, texts as numbers, structures as groups."""
 
@@ -194,22 +193,22 @@ def test_what_a_matlab_file_unpacks_to_has_a_bound_before_it_is_unpacked(tmp_pat
     for allowed, told in ((2e6, "8,388,"), (1e7, "16,777,")):
         monkeypatch.setenv("HISTORYSIM_MOST_UNPACKED_BYTES", str(allowed))
         tracemalloc.start()
-        with pytest.raises(InputError, match=f"unpack to {told}.*UNPACKED_BYTES"):
+        with raises(InputError, match=f"unpack to {told}.*UNPACKED_BYTES"):
             describe(path)
         assert tracemalloc.get_traced_memory()[1] < 2 * allowed
         tracemalloc.stop()
 
 
 def test_cells_of_a_workbook_that_lie_far_apart_are_refused(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
+    openpyxl = importorskip("openpyxl")
     book = openpyxl.Workbook()
     book.active["A1"] = book.active["XFD1048576"] = 1
     book.save(tmp_path / "far.xlsx")
-    with pytest.raises(InputError, match=r"cells so far apart .*; remove"):
+    with raises(InputError, match=r"cells so far apart .*; remove"):
         describe(tmp_path / "far.xlsx")
 
 
-@pytest.fixture
+@fixture
 def matlab_5(tmp_path):
     from scipy.io import savemat
 
@@ -217,7 +216,7 @@ def matlab_5(tmp_path):
     return tmp_path / "f.mat"
 
 
-@pytest.fixture(params=["matlab_5", "matlab_73"])
+@fixture(params=["matlab_5", "matlab_73"])
 def any_matlab(request):
     return request.getfixturevalue(request.param)
 
@@ -252,7 +251,7 @@ def _object_5(name, class_name):
     )
 
 
-@pytest.mark.parametrize("compressed", [False, True])
+@mark.parametrize("compressed", [False, True])
 def test_arrays_next_to_objects_are_read_and_the_objects_named(tmp_path, compressed):
     from scipy.io import savemat
 
@@ -315,7 +314,7 @@ def test_cells_structures_and_objects_of_version_73(tmp_path):
 # -- HDF5 ------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def hdf5(tmp_path):
     import h5py
 
@@ -365,7 +364,7 @@ def test_datasets_of_hdf5(hdf5):
 
 def test_missing_values_of_hdf5(hdf5):
     expected = np.where(F == 3.0, np.nan, F)
-    np.testing.assert_array_equal(values(hdf5, "filled", missing=True)[0], expected)
+    assert_array_equal(values(hdf5, "filled", missing=True)[0], expected)
     assert "row 4, column 'filled': missing (NaN)" in refusal(hdf5, "filled")
     assert "row 2, column 'nan': missing (NaN)" in refusal(hdf5, "nan")
     assert "row 2, column 'infinite': inf; expected a finite number" in refusal(
@@ -376,7 +375,7 @@ def test_missing_values_of_hdf5(hdf5):
 # -- netCDF ----------------------------------------------------------------------------------------
 
 
-@pytest.fixture(params=["NETCDF4", "NETCDF3_CLASSIC"])
+@fixture(params=["NETCDF4", "NETCDF3_CLASSIC"])
 def netcdf(request, tmp_path):
     import netCDF4
 
@@ -419,15 +418,15 @@ def test_variables_of_netcdf(netcdf):
         list(range(6)),
     ]
     assert values(netcdf, "scaled") == [[1.0, 1.5, 2.0, 2.5, 3.0, 3.5]]
-    np.testing.assert_array_equal(values(netcdf, "filled", missing=True), [[1, 2, np.nan, 4, 5, 6]])
+    assert_array_equal(values(netcdf, "filled", missing=True), [[1, 2, np.nan, 4, 5, 6]])
 
 
 # -- TDMS ------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@fixture
 def tdms(tmp_path):
-    nptdms = pytest.importorskip("nptdms")
+    nptdms = importorskip("nptdms")
     path = tmp_path / "f.tdms"
     evenly = {"wf_start_offset": 2.0, "wf_increment": 0.25, "unit_string": "kN"}
     with nptdms.TdmsWriter(path) as writer:
@@ -459,7 +458,7 @@ def test_channels_of_tdms(tdms):
     assert table.notices == ("column 'run/F': 'kN' in the file, taken as 'N', as unit says",)
 
 
-@pytest.mark.parametrize("cut", [1, 100])
+@mark.parametrize("cut", [1, 100])
 def test_a_recording_that_was_cut_short_is_refused(tdms, cut, capfd):
     tdms.write_bytes(tdms.read_bytes()[:-cut])
     message = refusal(tdms, "run/t")
@@ -467,8 +466,8 @@ def test_a_recording_that_was_cut_short_is_refused(tdms, cut, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(
-    ("library", "extra", "name", "content"),
+@mark.parametrize(
+    "library, extra, name, content",
     [("nptdms", "tdms", "f.tdms", b"TDSm"), ("h5py", "hdf5", "f.h5", b"\x89HDF\r\n\x1a\n")],
 )
 def test_without_the_library_the_message_says_how_to_install_it(

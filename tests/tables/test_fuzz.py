@@ -1,28 +1,28 @@
 """Damaged files and random texts are read or refused with a message: one fuzz for each reader."""
 
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from number_files import FORCE, TIME, UNITS, WRITERS, broken, columns_of, read_or_refuse
+from pytest import importorskip, mark
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 
-pytestmark = pytest.mark.usefixtures("alone")
+pytestmark = mark.usefixtures("alone")
 fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 ENDINGS = sorted({name.rpartition(".")[2] for name in WRITERS} - {"tsv"})
 
 
 def written(folder, name):
     if name.endswith(".tdms"):
-        pytest.importorskip("nptdms")
+        importorskip("nptdms")
     path = folder / name
     WRITERS[name](path)
     return path
 
 
-@pytest.mark.parametrize("name", WRITERS)
+@mark.parametrize("name", WRITERS)
 def test_the_intact_files_hold_the_written_values(tmp_path, name):
     layout = Format(decimal="," if name == "text.csv" else ".")
     table = read_table(written(tmp_path, name), columns_of(name), UNITS, layout)
@@ -36,7 +36,7 @@ def test_the_intact_files_hold_the_written_values(tmp_path, name):
     assert table.units == UNITS
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@mark.parametrize("ending", ENDINGS)
 def test_damaged_files_are_read_or_refused(tmp_path, ending):
     contents = {
         name: written(tmp_path, name).read_bytes()

@@ -4,8 +4,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import pytest
 from golden import check_messages
+from pytest import raises
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
@@ -73,10 +73,10 @@ def test_messages():
 
 def test_messages_of_files_of_another_type(tmp_path):
     for name in ("none.csv", "a\0b", "n" * 5000, "none.json"):
-        with pytest.raises(InputError, match="there is no such file"):
+        with raises(InputError, match="there is no such file"):
             describe(tmp_path / name)
     (tmp_path / "f.h5").write_bytes(b"CDF\1" + bytes(40))
     (tmp_path / "f.h5").rename(tmp_path / "a.txt")
     for path in (tmp_path, tmp_path / "a.txt"):
-        with pytest.raises(InputError, match=f"^{path.name}: is "):
+        with raises(InputError, match=f"^{path.name}: is "):
             describe(path)

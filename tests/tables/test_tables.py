@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pytest import approx, fixture, mark, raises
 from records_shared import SHARED
 
 from historysim.errors import InputError
@@ -15,17 +16,15 @@ from historysim.tables.columns import field_unit, resolve_unit
 
 DATA = SHARED
 TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
-measured_files = pytest.mark.skipif(
-    not DATA.is_dir(), reason="the folder of measured data is not there"
-)
+measured_files = mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")
 
 
-@pytest.fixture
+@fixture
 def file(tmp_path):
     return tmp_path / "f.txt"
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def scratch(tmp_path_factory):
     return tmp_path_factory.mktemp("tables") / "f.txt"
 
@@ -47,7 +46,7 @@ def values(path, content, columns, units="s", *, missing=False, **layout):
 
 
 def refusal(path, content, columns, units="s", **arguments):
-    with pytest.raises(InputError) as refused:
+    with raises(InputError) as refused:
         values(path, content, columns, units, **arguments)
     return str(refused.value)
 
@@ -55,8 +54,8 @@ def refusal(path, content, columns, units="s", **arguments):
 # -- where the columns are -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("content", "layout"),
+@mark.parametrize(
+    "content, layout",
     [
         ("t,F\n0,1\n1,2\n", {}),
         ("  t    F\n 0.0   1\n  1    2\n", {}),
@@ -83,8 +82,8 @@ def test_lines_are_counted_in_the_file(file):
     assert [table.place(0), table.place(1)] == ["line 6", "line 8"]
 
 
-@pytest.mark.parametrize(
-    ("content", "columns", "layout", "expected"),
+@mark.parametrize(
+    "content, columns, layout, expected",
     [
         ("0,1\n1,2.5\n", [2], {}, [[1.0, 2.5]]),
         ("0,5\n1,5\n", [1], {"decimal": ","}, [[0.5, 1.5]]),
@@ -110,15 +109,15 @@ def test_missing_values_are_nan_if_they_are_allowed(file):
         assert f"line 3, column 'F': {word!r}" in refusal(file, content, ["t", "F"])
 
 
-@pytest.mark.parametrize(
-    ("cells", "expected"),
+@mark.parametrize(
+    "cells, expected",
     [
         (["\u22121", "\u22122.5e\u22123", "3"], [-1, -2.5e-3, 3]),
         (["1.0D-03", "-2.5d+02", "3.D0"], [1e-3, -250, 3]),
         (["0", "\u221225 ms", "1.5D1 ms"], [0, -0.025, 0.015]),
     ],
 )
-@pytest.mark.parametrize("rows", [1, 3000])
+@mark.parametrize("rows", [1, 3000])
 def test_numbers_as_other_programs_write_them(file, cells, expected, rows):
     lines = [f"{row};{cell}\n" for row, cell in enumerate(cells)] + [
         f"{row};1 s\n" for row in range(3, rows)
@@ -126,7 +125,7 @@ def test_numbers_as_other_programs_write_them(file, cells, expected, rows):
     if "s" not in "".join(cells):
         lines = [line.replace(" s", "") for line in lines]
     [_, force] = values(file, "t;F\n" + "".join(lines), ["t", "F"])
-    assert force[:3] == pytest.approx(expected, rel=1e-15)
+    assert force[:3] == approx(expected, rel=1e-15)
 
 
 @given(
@@ -247,11 +246,11 @@ def test_the_fast_reader_and_the_others_agree(
 # -- encodings -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("encoding", ["utf-16", "cp1252", "utf-8", "utf-8-sig"])
+@mark.parametrize("encoding", ["utf-16", "cp1252", "utf-8", "utf-8-sig"])
 def test_the_encoding_is_found(file, encoding):
     file.write_bytes("x (µm)\tF\r\n1\t2\r\n".encode(encoding))
     table = read_table(file, {"x": Column("x")}, {"x": "m"})
-    assert table.columns["x"] == pytest.approx([1e-6])
+    assert table.columns["x"] == approx([1e-6])
     told = ("is not UTF-8, read as cp1252; if names or units look wrong, set encoding",)
     assert table.notices == (told if encoding == "cp1252" else ())
 
@@ -259,8 +258,8 @@ def test_the_encoding_is_found(file, encoding):
 # -- clocks ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("rows", "seconds"),
+@mark.parametrize(
+    "rows, seconds",
     [
         (["9:59:59,25", "10:00:00,75"], [0, 1.5]),
         (["23:59:59", "00:00:01", "00:00:02"], [0, 2, 3]),
@@ -273,18 +272,18 @@ def test_the_encoding_is_found(file, encoding):
         ),
     ],
 )
-@pytest.mark.parametrize("name", ["t (hh:mm:ss)"])
+@mark.parametrize("name", ["t (hh:mm:ss)"])
 def test_clock_times_are_seconds_since_the_first_row(file, rows, seconds, name):
     file.write_text("\n".join([f"{name};F", *(f"{row};1" for row in rows)]), encoding="utf-8")
     table = read_table(file, {"t": Column("t")}, {"t": "s"}, missing=True)
-    assert table.columns["t"] == pytest.approx(seconds, abs=1e-6, nan_ok=True)
+    assert table.columns["t"] == approx(seconds, abs=1e-6, nan_ok=True)
 
 
 # -- units -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "unit"),
+@mark.parametrize(
+    "name, unit",
     [
         ("Force [kN]", "kN"),
         ("Force / kN", "kN"),
@@ -300,8 +299,8 @@ def test_units_in_names(name, unit):
     assert field_unit(name) == unit
 
 
-@pytest.mark.parametrize(
-    ("explicit", "in_file", "wanted", "expected"),
+@mark.parametrize(
+    "explicit, in_file, wanted, expected",
     [
         (None, [], ["N"], ("N", 1.0)),
         ("1000 N", ["kN"], ["N"], ("N", 1000.0)),
@@ -313,10 +312,10 @@ def test_units_in_names(name, unit):
 )
 def test_the_unit_of_a_column(explicit, in_file, wanted, expected):
     unit, factor = resolve_unit(explicit, in_file, wanted, "column 'F'")
-    assert (unit, factor) == (expected[0], pytest.approx(expected[1], rel=1e-12))
+    assert (unit, factor) == (expected[0], approx(expected[1], rel=1e-12))
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "content",
     [
         "t [s],F (kN)\n0,1\n",
@@ -351,8 +350,8 @@ def test_a_unit_that_contradicts_the_header_holds_and_is_told(file):
 # -- listings --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("content", "expected"),
+@mark.parametrize(
+    "content, expected",
     [
         ("run 7\nt,F (kN)\n0,1\n1,2\n", [('"t"', "", "2", "0"), ('"F (kN)"', "kN", "2", "1")]),
         (
@@ -392,7 +391,7 @@ def test_a_wide_table_names_each_of_its_columns(file, monkeypatch):
     assert found[1:-1] == [f'"c{index} [N]"' for index in range(count)]
     assert found[count + 1] == '{ column = "t", occurrence = 2 }'
     monkeypatch.setenv("HISTORYSIM_MOST_COLUMNS", "5000")
-    with pytest.raises(InputError, match=r"f\.txt: has 5,00\d columns; expected 5,000 at most"):
+    with raises(InputError, match=r"f\.txt: has 5,00\d columns; expected 5,000 at most"):
         describe(file)
 
 

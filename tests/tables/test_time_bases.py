@@ -4,8 +4,9 @@ import datetime as dt
 import json
 
 import numpy as np
-import pytest
 from golden import refused
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx, importorskip, mark
 from records import scenario_text
 
 import historysim as hs
@@ -33,7 +34,7 @@ def load(time):
 
 
 def write_tdms(path, channels):
-    nptdms = pytest.importorskip("nptdms")
+    nptdms = importorskip("nptdms")
     objects = []
     for name, (values, start, interval) in channels.items():
         date = np.datetime64(START) + np.timedelta64(round(start * 1e6), "us")
@@ -48,7 +49,7 @@ def write_tdms(path, channels):
 
 
 def write_tdms_offset(path, channels):
-    nptdms = pytest.importorskip("nptdms")
+    nptdms = importorskip("nptdms")
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment(
             [
@@ -62,7 +63,7 @@ def write_tdms_offset(path, channels):
 
 
 def write_hdf5(path, channels):
-    h5py = pytest.importorskip("h5py")
+    h5py = importorskip("h5py")
     with h5py.File(path, "w") as file:
         for name, (values, start, interval) in channels.items():
             file[f"g/{name}"] = values
@@ -71,7 +72,7 @@ def write_hdf5(path, channels):
 
 
 def write_hdf5_groups(path, channels):
-    h5py = pytest.importorskip("h5py")
+    h5py = importorskip("h5py")
     with h5py.File(path, "w") as file:
         for name, (values, start, interval) in channels.items():
             file[f"{name}/data"] = values
@@ -135,8 +136,8 @@ def write(path, start, interval):
     return FORMATS[path.name](path, channels)
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("name", FORMATS)
+@mark.parametrize("case", CASES)
+@mark.parametrize("name", FORMATS)
 def test_channels_are_joined_by_time(name, case, tmp_path):
     start, interval = CASES[case]
     names = write(tmp_path / name, start, interval)
@@ -144,22 +145,22 @@ def test_channels_are_joined_by_time(name, case, tmp_path):
     units = {"u": "m", "F": "N"}
     table = read_table(tmp_path / name, columns, units, by_time=True)
     time = INTERVAL * np.arange(COUNT)
-    np.testing.assert_array_equal(table.columns["u"], moved(time))
+    assert_array_equal(table.columns["u"], moved(time))
     if case == "same":
         assert table.inside is None
-        np.testing.assert_array_equal(table.columns["F"], load(time))
+        assert_array_equal(table.columns["F"], load(time))
         return
     ends = start, start + interval * (COUNT - 1)
     inside = (time >= ends[0] - 1e-9) & (time <= ends[1] + 1e-9)
-    np.testing.assert_array_equal(table.inside, inside)
+    assert_array_equal(table.inside, inside)
     # a straight line between samples misses the curve by its second derivative × interval²/8
     bound = (2 * np.pi * interval) ** 2 / 8 * 1.01 + 1e-9
-    np.testing.assert_allclose(table.columns["F"][inside], load(time)[inside], rtol=0, atol=bound)
+    assert_allclose(table.columns["F"][inside], load(time)[inside], rtol=0, atol=bound)
     with refused(r"different times: .* starts at .*expected columns of the same times"):
         read_table(tmp_path / name, columns, units)
 
 
-@pytest.mark.parametrize("name", ["a.tdms", "a.json"])
+@mark.parametrize("name", ["a.tdms", "a.json"])
 def test_a_scenario_joins_replay_and_response(name, tmp_path):
     start = 0.05
     names = write(tmp_path / name, start, INTERVAL)
@@ -173,11 +174,9 @@ def test_a_scenario_joins_replay_and_response(name, tmp_path):
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     measurement = hs.load(tmp_path / "s.toml").measurement()
     time = measurement.time
-    np.testing.assert_allclose(
-        time, np.arange(start, INTERVAL * (COUNT - 0.5), INTERVAL), atol=1e-9
-    )
-    np.testing.assert_allclose(measurement["tangential_displacement"], moved(time), atol=1e-9)
-    np.testing.assert_allclose(measurement["tangential_load"], load(time), atol=1e-9)
+    assert_allclose(time, np.arange(start, INTERVAL * (COUNT - 0.5), INTERVAL), atol=1e-9)
+    assert_allclose(measurement["tangential_displacement"], moved(time), atol=1e-9)
+    assert_allclose(measurement["tangential_load"], load(time), atol=1e-9)
     remarks = dict(measurement.remarks)
     assert "joined by time onto" in remarks["file"]
     assert remarks["outside the clocks of all channels"] == "10 samples, left out"
@@ -187,11 +186,11 @@ def test_times_of_tdms_channels_have_one_origin(tmp_path):
     write(tmp_path / "a.tdms", 0.05, INTERVAL)
     columns = {"t": Column("g/F/time")}
     table = read_table(tmp_path / "a.tdms", columns, {"t": "s"})
-    assert table.columns["t"][0] == pytest.approx(0.05)
+    assert table.columns["t"][0] == approx(0.05)
 
 
-@pytest.mark.parametrize(
-    ("changes", "problem"),
+@mark.parametrize(
+    "changes, problem",
     [
         ({"F_t0": 9.0}, "without a common time: .*expected times that overlap"),
         (

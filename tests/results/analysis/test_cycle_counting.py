@@ -3,9 +3,9 @@
 import itertools
 
 import numpy as np
-import pytest
 from golden import refused
 from pairs import UNIT as PAIR
+from pytest import approx, mark
 
 import historysim as hs
 
@@ -59,18 +59,18 @@ def rainflow(values, *, starts_at_rest):
 
 def assert_counted(counted, full, half):
     ranges, closed = counted.tangential_displacement_range.values, counted.closed.values
-    assert np.sort(ranges[closed]) == pytest.approx(np.sort(full), rel=1e-9)
-    assert np.sort(ranges[~closed]) == pytest.approx(np.sort(half), rel=1e-9)
+    assert np.sort(ranges[closed]) == approx(np.sort(full), rel=1e-9)
+    assert np.sort(ranges[~closed]) == approx(np.sort(half), rel=1e-9)
 
 
 def assert_sum(counted, history):
     """Check that all energies sum to the total, by the largest number of terms of rounding."""
     total = float(history.total_dissipated_energy[-1])
-    assert float(counted.dissipated_energy.sum()) == pytest.approx(total, rel=1e-12)
+    assert float(counted.dissipated_energy.sum()) == approx(total, rel=1e-12)
     assert counted.dissipated_energy.min() >= -1e-15 * total
 
 
-@pytest.mark.parametrize("seed", range(12))
+@mark.parametrize("seed", range(12))
 def test_in_partial_slip_cycles_are_those_of_rainflow(seed):
     ensemble = contact()
     reach = FRICTION * ensemble.approach_at(LOAD)
@@ -84,12 +84,12 @@ def test_in_partial_slip_cycles_are_those_of_rainflow(seed):
     for start, end in zip(
         ended.start_tangential_displacement.values, ended.end_time.values, strict=True
     ):
-        assert np.interp(end, history.time, history.tangential_displacement) == pytest.approx(
+        assert np.interp(end, history.time, history.tangential_displacement) == approx(
             start, abs=1e-9 * reach
         )
 
 
-@pytest.mark.parametrize("seed", range(6))
+@mark.parametrize("seed", range(6))
 def test_where_every_stroke_slides_cycles_are_those_of_rainflow(seed):
     ensemble = contact()
     reach = FRICTION * ensemble.approach_at(LOAD)
@@ -132,8 +132,8 @@ KINDS = [
 ]
 
 
-@pytest.mark.parametrize(("normal", "tangential", "options"), KINDS)
-@pytest.mark.parametrize("seed", range(4))
+@mark.parametrize("normal, tangential, options", KINDS)
+@mark.parametrize("seed", range(4))
 def test_a_closed_loop_leaves_the_contact_as_if_it_had_not_happened(
     seed, normal, tangential, options
 ):
@@ -152,27 +152,23 @@ def test_a_closed_loop_leaves_the_contact_as_if_it_had_not_happened(
             normal_displacement=end.approach,
             tangential_displacement=end.tangential_displacement,
         )
-        assert without.tangential_load == pytest.approx(end.tangential_load, abs=1e-8 * scale)
+        assert without.tangential_load == approx(end.tangential_load, abs=1e-8 * scale)
         for further in (30e-3, -30e-3):
             moved = [
                 ensemble.advance(state, tangential_displacement=further) for state in (without, end)
             ]
-            assert moved[0].tangential_load == pytest.approx(
-                moved[1].tangential_load, abs=1e-8 * scale
-            )
+            assert moved[0].tangential_load == approx(moved[1].tangential_load, abs=1e-8 * scale)
         # what was dissipated in its time is its energy and that of the rows within it
         within = (counted.start_time >= counted.start_time[row]) & (
             counted.end_time <= counted.end_time[row]
         )
         dissipated = end.dissipated_energy - start.dissipated_energy
         total = float(counted.dissipated_energy.where(within).sum())
-        assert total == pytest.approx(
-            dissipated, abs=1e-9 * float(history.total_dissipated_energy[-1])
-        )
+        assert total == approx(dissipated, abs=1e-9 * float(history.total_dissipated_energy[-1]))
 
 
-@pytest.mark.parametrize("asperity", [None, 0, 1])
-@pytest.mark.parametrize("seed", range(3))
+@mark.parametrize("asperity", [None, 0, 1])
+@mark.parametrize("seed", range(3))
 def test_finer_events_have_the_same_cycles(seed, asperity):
     """A path in displacements, cut into parts that are events of their own, has the same fronts."""
     events = varying(seed, hs.NormalDisplacement, hs.TangentialDisplacement)
@@ -194,19 +190,19 @@ def test_finer_events_have_the_same_cycles(seed, asperity):
         [np.sort(each[name].values) for each in closed]
         for name in ("end_time", "dissipated_energy")
     )
-    assert ended[1] == pytest.approx(ended[0], rel=1e-8)
+    assert ended[1] == approx(ended[0], rel=1e-8)
     smallest = 1e-12 * float(coarse.total_dissipated_energy[-1])
-    assert energies[1] == pytest.approx(energies[0], rel=1e-6, abs=smallest)
+    assert energies[1] == approx(energies[0], rel=1e-6, abs=smallest)
 
 
-@pytest.mark.parametrize(("normal", "tangential", "options"), KINDS)
+@mark.parametrize("normal, tangential, options", KINDS)
 def test_asperities_with_their_own_coefficients_have_their_own_cycles(normal, tangential, options):
     ensemble = contact(friction=[0.5, 0.3, 0.5, 0.2])
     history = hs.replay(ensemble, varying(7, normal, tangential), record="all", **options)
     for asperity in range(4):
         counted = history.contact.cycles(asperity)
         total = float(history.dissipated_energy.sel(asperity=asperity)[-1])
-        assert float(counted.dissipated_energy.sum()) == pytest.approx(total, rel=1e-12)
+        assert float(counted.dissipated_energy.sum()) == approx(total, rel=1e-12)
         assert (np.diff(counted.start_time) >= 0).all()
 
 
@@ -230,13 +226,13 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("reason", REFUSED)
+@mark.parametrize("reason", REFUSED)
 def test_what_has_no_cycles_is_refused_with_the_reason(reason):
     with refused(reason):
         REFUSED[reason]().contact.cycles()
 
 
-@pytest.mark.parametrize("asperity", [4, -1, "0", 1.5, True])
+@mark.parametrize("asperity", [4, -1, "0", 1.5, True])
 def test_an_asperity_that_does_not_exist_is_refused(asperity):
     with refused("expected a label from 0 to 3"):
         evaluation(SLIDE).contact.cycles(asperity)

@@ -3,9 +3,9 @@
 import re
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
+from pytest import approx, fixture, importorskip, mark
 from springs import Contact, SpringRow
 
 import historysim as hs
@@ -29,7 +29,7 @@ TURNS = [SWING, -SWING, SWING, -0.4 * SWING]
 SUBSTEPS = 8
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def ball():
     """One asperity that goes once round between ±0.6 of its limit, in closed form."""
     swing = [
@@ -41,20 +41,20 @@ def ball():
     )
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def events():
     moves = [hs.TangentialDisplacement(float(time + 1), value) for time, value in enumerate(TURNS)]
     return [hs.NormalDisplacement(0.0, DEPTH), *moves]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def history(events):
     return hs.replay(
         hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=SUBSTEPS, record="all"
     )
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def springs():
     """What a row of springs says at each step: stick radius, slid or not, dissipated energy, all of each asperity."""
     row = SpringRow(Contact.build(E, G, HEIGHTS, RADII, FRICTION), DEPTH, 800)
@@ -76,9 +76,7 @@ def test_displacements_of_each_definition_agree_with_the_closed_form(ball):
         "zero_load_to_slip": 2 ** (1 / 3) * DELTA,
         "residual": (2 ** (1 / 3) - 1) * DELTA,
     }
-    assert {name: found[name].item() for name in found.data_vars} == pytest.approx(
-        expected, rel=1e-12
-    )
+    assert {name: found[name].item() for name in found.data_vars} == approx(expected, rel=1e-12)
 
 
 def test_displacements_of_an_ensemble_agree_with_its_loop(history):
@@ -96,17 +94,13 @@ def test_displacements_of_an_ensemble_agree_with_its_loop(history):
     step = 2 * SWING / 2000
     zero = np.interp(0.0, -load, u)
     slides = u[np.argmax(load <= -limit * (1 - 1e-12))]
-    assert found["reversal_to_slip"].item() == pytest.approx(SWING - slides, abs=step)
-    assert found["zero_load_to_slip"].item() == pytest.approx(zero - slides, abs=step)
-    assert found["residual"].item() == pytest.approx(
-        found["virgin"].item() - (SWING - zero), abs=step
-    )
+    assert found["reversal_to_slip"].item() == approx(SWING - slides, abs=step)
+    assert found["zero_load_to_slip"].item() == approx(zero - slides, abs=step)
+    assert found["residual"].item() == approx(found["virgin"].item() - (SWING - zero), abs=step)
 
 
 def test_the_work_of_presliding_equals_the_energy_of_a_closed_loop(ball, history):
-    assert analysis.presliding_work(ball).values[-1] == pytest.approx(
-        0.8 * MU * LOAD * DELTA, rel=1e-12
-    )
+    assert analysis.presliding_work(ball).values[-1] == approx(0.8 * MU * LOAD * DELTA, rel=1e-12)
     delta = analysis.preliminary_displacement(history).values[-1]
     row = SpringRow(Contact.build(E, G, HEIGHTS, RADII, FRICTION), DEPTH, 800)
     row.apply(("displacement", DEPTH), ("displacement", 0.0))
@@ -117,7 +111,7 @@ def test_the_work_of_presliding_equals_the_energy_of_a_closed_loop(ball, history
     error = 2 * row.dissipated_energy_error.sum()
     work = row.dissipated_energy.sum() - before
     assert error < 1e-3 * work
-    assert analysis.presliding_work(history).values[-1] == pytest.approx(work, abs=error)
+    assert analysis.presliding_work(history).values[-1] == approx(work, abs=error)
 
 
 def test_nothing_slides_without_contact_or_without_friction():
@@ -137,10 +131,10 @@ def test_the_friction_of_each_step_counts():
         hs.FrictionChange(2.0, 3 * MU),
     ]
     changing = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
-    assert analysis.branch_displacements(changing)["residual"].values == pytest.approx(
+    assert analysis.branch_displacements(changing)["residual"].values == approx(
         (2 ** (1 / 3) - 1) * DELTA * np.array([1, 2, 3]), rel=1e-12
     )
-    assert analysis.presliding_work(changing).values == pytest.approx(
+    assert analysis.presliding_work(changing).values == approx(
         0.8 * MU * LOAD * DELTA * np.array([1, 4, 9])
     )
 
@@ -156,9 +150,9 @@ def test_energy_per_cycle_agrees_with_the_closed_form(ball):
         * (1 - (1 - f) ** (5 / 3) - 5 * f / 6 * (1 + (1 - f) ** (2 / 3)))
     )
     found = analysis.energy_per_cycle(ball)
-    assert found["total_energy"].values == pytest.approx([work], rel=1e-9)
+    assert found["total_energy"].values == approx([work], rel=1e-9)
     assert found["energy"].dims == ("loop", "asperity")
-    assert found["energy"].values[0] == pytest.approx(found["total_energy"].values, rel=1e-12)
+    assert found["energy"].values[0] == approx(found["total_energy"].values, rel=1e-12)
     assert (found["start_time"].values, found["end_time"].values) == ([1.0], [3.0])
 
 
@@ -172,7 +166,7 @@ def test_energy_per_cycle_of_each_asperity_agrees_with_springs(history, springs)
         np.abs(found["energy"].values[0] - work).max()
         <= 2 * springs["row"].dissipated_energy_error.max()
     )
-    assert found["total_energy"].values[0] == pytest.approx(found["energy"].values.sum(), rel=1e-12)
+    assert found["total_energy"].values[0] == approx(found["energy"].values.sum(), rel=1e-12)
     names = [
         "total_normal_load",
         "total_tangential_load",
@@ -198,9 +192,7 @@ def test_shares_are_counted_asperity_by_asperity(history):
                 if state:
                     sums[state - 1] += weight(step, i)
             total = sum(sums) or 1.0
-            assert found[name].values[step] == pytest.approx(
-                [part / total for part in sums], rel=1e-12
-            )
+            assert found[name].values[step] == approx([part / total for part in sums], rel=1e-12)
 
 
 def test_the_slipping_area_is_that_outside_the_stick_radii_of_the_springs(history, springs):
@@ -241,36 +233,34 @@ def test_the_stiffness_of_asperities_is_the_slope_of_the_curve(ball, history):
     onward, reversed_ = (
         analysis.tangential_stiffness(history, way) for way in ("onward", "reversed")
     )
-    assert onward.sum("asperity").values == pytest.approx(
-        history.tangential_stiffness.values, rel=1e-9
-    )
+    assert onward.sum("asperity").values == approx(history.tangential_stiffness.values, rel=1e-9)
     a = np.sqrt(RADII * np.maximum(HEIGHTS + DEPTH, 0.0))
-    assert reversed_.values[5] == pytest.approx(8 * G * a, rel=1e-9)
+    assert reversed_.values[5] == approx(8 * G * a, rel=1e-9)
     # virgin loading: 8 G* a (1 - T/μN)^(1/3)
     load = ball.total_tangential_load.values[:7]
     expected = 8 * G * np.sqrt(RADIUS * APPROACH) * (1 - load / (MU * LOAD)) ** (1 / 3)
-    assert analysis.tangential_stiffness(ball).values[:7, 0] == pytest.approx(expected, rel=1e-9)
+    assert analysis.tangential_stiffness(ball).values[:7, 0] == approx(expected, rel=1e-9)
     with refused("expected 'onward' or 'reversed'"):
         analysis.tangential_stiffness(history, "back")
 
 
 def test_stick_ratio_and_pressures_are_hertz_and_mindlin_s(ball, history):
     load = ball.total_tangential_load.values[:7]
-    assert analysis.stick_ratio(ball).values[:7, 0] == pytest.approx(
+    assert analysis.stick_ratio(ball).values[:7, 0] == approx(
         (1 - load / (MU * LOAD)) ** (1 / 3), rel=1e-9
     )
     mean = LOAD / (np.pi * RADIUS * APPROACH)
-    assert analysis.mean_pressure(ball).values == pytest.approx(np.full((19, 1), mean), rel=1e-9)
-    assert analysis.peak_pressure(ball)[3, 0].item() == pytest.approx(
+    assert analysis.mean_pressure(ball).values == approx(np.full((19, 1), mean), rel=1e-9)
+    assert analysis.peak_pressure(ball)[3, 0].item() == approx(
         2 * E / np.pi * np.sqrt(APPROACH / RADIUS), rel=1e-9
     )
-    assert analysis.total_mean_pressure(ball).values[-1] == pytest.approx(mean, rel=1e-9)
+    assert analysis.total_mean_pressure(ball).values[-1] == approx(mean, rel=1e-9)
     assert np.isnan(analysis.stick_ratio(history).values[:, -1]).all()
     assert (analysis.mean_pressure(history).values[:, -1] == 0).all()
 
 
 def test_the_nominal_pressure_needs_an_area(ball):
-    assert analysis.nominal_pressure(ball, 1e-6).values == pytest.approx(
+    assert analysis.nominal_pressure(ball, 1e-6).values == approx(
         np.full(19, LOAD / 1e-6), rel=1e-9
     )
     with refused("has no nominal area"):
@@ -278,7 +268,7 @@ def test_the_nominal_pressure_needs_an_area(ball):
     with refused("nominal_area"):
         analysis.nominal_pressure(ball, -1.0)
     of_a_map = ball.assign_attrs(nominal_area=2e-6)
-    assert analysis.nominal_pressure(of_a_map).values[0] == pytest.approx(LOAD / 2e-6, rel=1e-9)
+    assert analysis.nominal_pressure(of_a_map).values[0] == approx(LOAD / 2e-6, rel=1e-9)
 
 
 def test_the_power_of_sliding_is_friction_times_speed_and_sums_up_to_the_energy(history):
@@ -291,12 +281,12 @@ def test_the_power_of_sliding_is_friction_times_speed_and_sums_up_to_the_energy(
     power = ball.contact.dissipated_power()
     assert power.attrs["units"] == "W"
     # 0.5 µm/s there, and back again
-    assert power.values[[50, -1], 0] == pytest.approx(MU * LOAD * 0.5e-6, rel=1e-9)
+    assert power.values[[50, -1], 0] == approx(MU * LOAD * 0.5e-6, rel=1e-9)
     assert power.values[0, 0] == 0
     durations = np.diff(history["time"], prepend=history["time"][0])
     total = (history.contact.dissipated_power() * durations[:, None]).sum()
     gained = history["dissipated_energy"][-1].sum() - history["dissipated_energy"][0].sum()
-    assert float(total) == pytest.approx(float(gained), rel=1e-12)
+    assert float(total) == approx(float(gained), rel=1e-12)
 
 
 QUESTIONS = [
@@ -328,12 +318,12 @@ def test_answers_read_in_blocks_equal_those_in_memory(history, tmp_path, monkeyp
             xr.testing.assert_identical(lazy.load(), expected.load())
 
 
-@pytest.mark.parametrize(
+@mark.parametrize(
     "question",
     [analysis.mean_pressure, analysis.slip_shares, slips.slip_onset, analysis.dissipated_power],
 )
 def test_answers_for_dask_arrays_are_equal_and_lazy(history, question):
-    dask = pytest.importorskip("dask")
+    dask = importorskip("dask")
     cut = history.chunk({"step": 5, "asperity": 2})
     with dask.config.set(scheduler="synchronous"):
         answer = question(cut)
@@ -378,7 +368,7 @@ def test_first_loading_is_the_sum_of_cattaneos_curves():
         expected = (
             friction * loads(depth) * (1 - np.clip(1 - u[:, np.newaxis] / reach, 0, None) ** 1.5)
         )
-        assert u[-1] == pytest.approx(reach.max(), rel=1e-9)
-        assert t == pytest.approx(expected.sum(axis=1), rel=1e-9, abs=1e-15)
+        assert u[-1] == approx(reach.max(), rel=1e-9)
+        assert t == approx(expected.sum(axis=1), rel=1e-9, abs=1e-15)
     with refused("normal_load"):
         first_loading(history, 0.0)

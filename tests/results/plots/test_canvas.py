@@ -8,11 +8,11 @@ from xml.etree import ElementTree as ET
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
-import pytest
 from click.testing import CliRunner
 from drawn_data import hidden_data
 from pairs import GLASS as PAIR
 from pairs import STIFF
+from pytest import approx, fixture, mark
 from swept import BALL
 
 import historysim as hs
@@ -43,7 +43,7 @@ def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
     assert kinds
     assert b"Type3" not in kinds
     width = int.from_bytes((tmp_path / "h.png").read_bytes()[16:20], "big")
-    assert width == pytest.approx(figure.get_size_inches()[0] * 200, abs=1)
+    assert width == approx(figure.get_size_inches()[0] * 200, abs=1)
 
 
 def test_an_svg_needs_no_font_and_is_valid_xml(tmp_path):
@@ -96,13 +96,13 @@ def test_labels_have_prefixes_and_the_common_part_of_the_ticks():
         )
         offset *= 1e-3 if "mm" in axes.get_xlabel() else 1.0
         # the tick and what the label says are the place
-        assert [offset + 1e-9 * number for number in numbers] == pytest.approx(
+        assert [offset + 1e-9 * number for number in numbers] == approx(
             axes.get_xticks(), rel=1e-12, abs=1e-24
         )
         assert not axes.xaxis.offsetText.get_text()
 
 
-@pytest.fixture
+@fixture
 def ball_loops():
     """Loops of one ball under 50 mN and under 5 N: mN and nm by themselves, N and µm next to the larger."""
 
@@ -127,11 +127,11 @@ def labels_of(axes):
         for axis, unit in zip((one.xaxis, one.yaxis), pair, strict=True):
             place = axis.get_majorticklocs()[-1]
             text = axis.get_major_formatter().format_ticks(axis.get_majorticklocs())[-1]
-            assert float(text.replace("−", "-")) * factors[unit] == pytest.approx(place, rel=1e-6)
+            assert float(text.replace("−", "-")) * factors[unit] == approx(place, rel=1e-6)
     return units
 
 
-@pytest.mark.parametrize("shared", ["x", "xy", "afterwards", "neither"])
+@mark.parametrize("shared", ["x", "xy", "afterwards", "neither"])
 def test_axes_that_share_limits_share_a_prefix(ball_loops, shared):
     if shared == "afterwards":
         axes = plt.figure().subplots(1, 2)
@@ -163,9 +163,9 @@ def test_logarithmic_axes_and_common_parts_of_ticks_are_shared():
     plt.close("all")
 
 
-@pytest.mark.hides_data
-@pytest.mark.parametrize(
-    ("limits", "fault"),
+@mark.hides_data
+@mark.parametrize(
+    "limits, fault",
     [
         ((0, 1e-6), "leaves the axes"),
         ((0, 1e6), "cover"),

@@ -7,6 +7,7 @@ import h5py
 import pytest
 import xarray as xr
 from golden import refused
+from pytest import approx, fixture
 
 import historysim as hs
 
@@ -31,7 +32,7 @@ waypoints = [{ time = 0, normal_load = "20 mN" }, { time = 1, tangential_load = 
 """
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def solved(tmp_path_factory):
     folder = tmp_path_factory.mktemp("solved")
     with pytest.MonkeyPatch.context() as patched:
@@ -41,7 +42,7 @@ def solved(tmp_path_factory):
         yield folder
 
 
-@pytest.fixture
+@fixture
 def result(solved, tmp_path):
     for path in solved.glob("a.*"):
         shutil.copy(path, tmp_path)
@@ -65,7 +66,7 @@ def test_zones_agree_with_the_recorded_areas(result):
         touches, sticks = (
             float(row[name].sum()) / 32e-6**2 for name in ("contact_area", "stick_area")
         )
-    assert shares(whole) == pytest.approx([100 * touches, 100 * sticks], abs=0.2)
+    assert shares(whole) == approx([100 * touches, 100 * sticks], abs=0.2)
     assert shares(independent)[0] > 0
     assert pressure.images[0].get_array().max() > 0
     assert abs(traction.images[0].get_array()).max() > 0
@@ -101,14 +102,14 @@ def test_maps_of_a_step_carry_its_loads(result):
         for step in (0, 1):
             maps, row = history.contact.point_maps(step), history.isel(step=step)
             cell = 1e-12
-            assert float(maps["pressure"].sum()) * cell == pytest.approx(
+            assert float(maps["pressure"].sum()) * cell == approx(
                 float(row["total_normal_load"]), rel=1e-9
             )
-            assert float(maps["traction"].sum()) * cell == pytest.approx(
+            assert float(maps["traction"].sum()) * cell == approx(
                 float(row["total_tangential_load"]), rel=1e-9, abs=1e-15
             )
             assert bool((abs(maps["traction"]) <= 0.2 * maps["pressure"] * (1 + 1e-9)).all())
-            assert maps["x"].values[[0, -1]].tolist() == pytest.approx([0.0, 31e-6])
+            assert maps["x"].values[[0, -1]].tolist() == approx([0.0, 31e-6])
         assert set(maps["contact_state"].values.ravel().tolist()) == {0, 1, 2}
         with refused("step 2: the history has 2 steps"):
             history.contact.point_maps(2)

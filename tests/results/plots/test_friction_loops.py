@@ -1,8 +1,8 @@
 """Friction loops of several histories or cells in one picture, and what is marked on them."""
 
 import numpy as np
-import pytest
 from golden import refused
+from pytest import approx, fixture
 
 import historysim as hs
 from historysim.results.plots.friction_loops import LOOP
@@ -43,14 +43,14 @@ friction.coefficient = [0.1, 0.2]
 DELTA = 40e9 / (4 * 10e9) * (9 * 0.05**2 / (16 * 1e-3 * 40e9**2)) ** (1 / 3)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def ball(tmp_path_factory):
     path = tmp_path_factory.mktemp("ball") / "ball.toml"
     path.write_text(BALL, encoding="utf-8")
     return path
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def swept(ball):
     return hs.sweep(ball)
 
@@ -65,8 +65,8 @@ def test_each_cell_is_a_line_labelled_by_its_swept_values(swept):
     lines = drawn(figure)
     names = [f"$\\mu$ = {mu}, $N$ = {load} mN" for mu in (0.1, 0.2) for load in (20, 50)]
     assert list(lines)[-4:] == names
-    assert lines[names[3]].get_ydata().max() == pytest.approx(0.2 * 50e-3)
-    assert lines[names[0]].get_xdata().max() == pytest.approx(60e-9)
+    assert lines[names[3]].get_ydata().max() == approx(0.2 * 50e-3)
+    assert lines[names[0]].get_xdata().max() == approx(60e-9)
     few = hs.plots.loops(found, labels=("less", "more"), where={"friction.coefficient": 0.1})
     assert list(drawn(few))[-2:] == ["less", "more"]
     # without a picture that is asked for, loops alone are drawn so
@@ -81,7 +81,7 @@ def test_several_results_are_drawn_with_their_titles(ball, tmp_path):
     figure = hs.plot([tmp_path / "1.nc", str(tmp_path / "2.nc")])
     lines = drawn(figure)
     assert {"Run 1", "Run 2"} <= set(lines)
-    assert lines["Run 2"].get_ydata().max() == pytest.approx(10e-3)
+    assert lines["Run 2"].get_ydata().max() == approx(10e-3)
     hs.run(hs.load(ball, {"title": "Run 1"}), tmp_path / "3.nc").close()
     assert {"1.nc", "3.nc"} <= set(drawn(hs.plot([tmp_path / "1.nc", tmp_path / "3.nc"])))
     assert "less" in drawn(hs.plot([tmp_path / "1.nc", tmp_path / "2.nc"], labels=["less", "more"]))
@@ -100,7 +100,7 @@ def test_a_run_of_few_steps_is_smooth_if_its_events_are_known(ball, tmp_path):
         # on the way out it is first loading (Mindlin)
         u, t = lines[0].get_xdata()[:80], lines[0].get_ydata()[:80]
         expected = 0.01 * (1 - (1 - np.minimum(u / (0.2 * DELTA), 1)) ** 1.5)
-        assert t == pytest.approx(expected, abs=1e-9)
+        assert t == approx(expected, abs=1e-9)
         part = hs.plots.loops(history.isel(step=slice(2))).axes[0].get_lines()
         assert max(np.size(line.get_xdata()) for line in part) == 2
     in_memory = hs.run(coarse)
@@ -133,8 +133,8 @@ def test_the_work_is_the_closed_loop_and_drift_the_difference(swept):
     x, y = axes.patches[1].get_xy().T
     area = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
     reach = 0.2 * DELTA
-    assert area == pytest.approx(0.8 * 0.01 * reach, rel=0.01)
-    assert np.abs(x).max() == pytest.approx(reach, rel=1e-9)
+    assert area == approx(0.8 * 0.01 * reach, rel=0.01)
+    assert np.abs(x).max() == approx(reach, rel=1e-9)
     drift = reach * (1 - 0.4 ** (2 / 3)) * 1e9
     assert f"drift {drift:.3g} nm" in {text.get_text() for text in axes.texts}
     bare = found[list(LOOP)]

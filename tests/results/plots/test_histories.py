@@ -2,9 +2,9 @@
 
 import matplotlib as mpl
 import numpy as np
-import pytest
 from golden import check_messages
 from pairs import COMPLIANT as PAIR
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.results.plots import histories, style, tractions
@@ -37,17 +37,17 @@ def limits(figure):
     ]
 
 
-@pytest.mark.parametrize("record", ["totals", [0]])
+@mark.parametrize("record", ["totals", [0]])
 def test_the_friction_limit_is_drawn_for_any_selection_of_recorded_asperities(record):
     friction = [0.1, 0.2, 0.3, 0.4]
     whole = replayed(friction=friction)
     expected = (whole.normal_load * whole.friction).sum("asperity").values
     figure, _ = drawn(replayed(friction=friction, record=record))
     (line,) = limits(figure)
-    assert line.get_ydata() == pytest.approx(expected, rel=1e-9)
+    assert line.get_ydata() == approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("record", ["touching", "totals"])
+@mark.parametrize("record", ["touching", "totals"])
 def test_the_emptiest_histories_can_be_drawn(record):
     drawn(
         hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2), [hs.NormalLoad(0.0, 0.0)], record=record)
@@ -97,7 +97,7 @@ def test_swings_ignore_noise():
     noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
     swings = list(tractions._swings(noisy))
     assert len(swings) == 3
-    assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)
+    assert [steps[end] for _, end in swings] == approx([1, -1, 1], abs=0.1)
 
 
 def test_messages():

@@ -2,11 +2,11 @@
 
 import matplotlib as mpl
 import numpy as np
-import pytest
 from golden import refused
 from overlapping import on_top_of_each_other
 from pairs import COMPLIANT as PAIR
 from pictured import friction_changes
+from pytest import approx, fixture, mark, raises
 
 import historysim as hs
 from historysim.results import analysis, recompute
@@ -18,7 +18,7 @@ ENSEMBLE = hs.Ensemble(
 )
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def history():
     events = [hs.NormalLoad(0.0, 4e-3)]
     events += [
@@ -28,7 +28,7 @@ def history():
     return hs.replay(ENSEMBLE, events, substeps=12)
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def planar():
     events = [hs.NormalLoad(0.0, 4e-3)]
     way = ((1, (30e-9, 0.0)), (2, (30e-9, 20e-9)), (3, (-10e-9, 20e-9)))
@@ -45,7 +45,7 @@ OF_ANY = tuple(
 OF_TWO_DIRECTIONS = {"hodograph", "slip-annulus"}
 
 
-@pytest.mark.parametrize("picture", OF_ANY)
+@mark.parametrize("picture", OF_ANY)
 def test_every_picture_of_a_single_step_is_drawn_and_changes_nothing(history, planar, picture):
     history = planar if picture in OF_TWO_DIRECTIONS else history
     settings, before = dict(mpl.rcParams), history.copy(deep=True)
@@ -66,7 +66,7 @@ def test_the_colour_of_the_loop_is_the_slipping_area(history):
     assert line.get_array().tolist() == slipping[1:].tolist()
     assert line.get_clim() == (0, 1)
     ends = np.array([segment[-1] for segment in line.get_segments()])
-    assert ends[:, 0] == pytest.approx(history.tangential_displacement.values[1:])
+    assert ends[:, 0] == approx(history.tangential_displacement.values[1:])
     with refused("expected 'slip' or 'time'"):
         hs.plots.loops(history, colour="stick")
     with refused("the loop of one history"):
@@ -80,8 +80,8 @@ def test_tractions_equal_the_profiles_of_the_asperity_at_each_step(history):
     for row, step in enumerate((3, 8, 36)):
         line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
         # and where the contact ends
-        assert line.get_ydata() == pytest.approx(np.append(expected.traction.values[row], 0.0))
-    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(
+        assert line.get_ydata() == approx(np.append(expected.traction.values[row], 0.0))
+    assert lines[r"$\pm\mu p$"].get_ydata() == approx(
         np.append(expected.friction_limit.values[-1], 0)
     )
 
@@ -107,7 +107,7 @@ def test_a_removed_picture_names_its_replacement(history, tmp_path):
     for name in REPLACED.keys() - {"loop"}:
         with refused(f"'{name}' was removed; expected"):
             hs.plot(history, picture=name)
-        with pytest.raises(AttributeError, match="was removed; expected"):
+        with raises(AttributeError, match="was removed; expected"):
             getattr(hs.plots, name.replace("-", "_"))
     (tmp_path / "s.toml").write_text('[picture]\nkind = "slip-map"\n', encoding="utf-8")
     with refused("kind: the picture 'slip-map' was removed"):
@@ -181,8 +181,8 @@ def test_the_friction_limit_of_each_state_uses_its_friction():
         if "mu p" in line.get_label()
     }
     assert limits == {
-        r"$\pm\mu p$, $\mu$ = 0.2": pytest.approx(0.2 * peak),
-        r"$\pm\mu p$, $\mu$ = 0.4": pytest.approx(0.4 * peak),
+        r"$\pm\mu p$, $\mu$ = 0.2": approx(0.2 * peak),
+        r"$\pm\mu p$, $\mu$ = 0.4": approx(0.4 * peak),
     }
 
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-import pytest
 from overlapping import on_top_of_each_other
 from pictured import PICTURES
 from PIL import Image
+from pytest import approx, mark, param, skip
 
 SIZES = (90, 70), (90, 120), (180, 120)
 KEPT = Path(__file__).parents[2] / "reference_pictures"
@@ -34,14 +34,14 @@ def pixels(figure):
     return Image.open(stream).convert("RGB")
 
 
-@pytest.mark.parametrize(
-    ("name", "size"),
+@mark.parametrize(
+    "name, size",
     [
-        pytest.param(
+        param(
             name,
             size,
             id=f"{name}-{size[0]}x{size[1]}",
-            marks=pytest.mark.slow if size != SIZES[0] or name in VARIANTS else (),
+            marks=mark.slow if size != SIZES[0] or name in VARIANTS else (),
         )
         for name in PICTURES
         for size in SIZES
@@ -49,7 +49,7 @@ def pixels(figure):
 )
 def test_a_picture_fits_its_size_and_equals_its_reference(name, size):
     figure = PICTURES[name](size=size)
-    assert figure.get_size_inches() * 25.4 == pytest.approx(size)
+    assert figure.get_size_inches() * 25.4 == approx(size)
     assert on_top_of_each_other(figure) == []
     # what there is no room for, and advice, is next to the figure
     assert not any("room" in text.get_text() for text in figure.findobj(mpl.text.Text))
@@ -72,7 +72,7 @@ def test_a_picture_fits_its_size_and_equals_its_reference(name, size):
         now.quantize(COLOURS).save(path, optimize=True)
         return
     if not mpl.__version__.startswith(MADE_WITH):
-        pytest.skip(f"the pictures were made with matplotlib {MADE_WITH}")
+        skip(f"the pictures were made with matplotlib {MADE_WITH}")
     with Image.open(path) as kept:
         before = np.asarray(kept.convert("RGB"), dtype=float)
     assert before.shape == np.asarray(now).shape

@@ -2,9 +2,9 @@
 
 import matplotlib as mpl
 import numpy as np
-import pytest
 import xarray as xr
 from pairs import COMPLIANT as PAIR
+from pytest import approx, fixture, mark, raises
 
 import historysim as hs
 from historysim.errors import InputError
@@ -91,7 +91,7 @@ def legend(figure):
     return [text.get_text() for one in figure.legends for text in one.get_texts()]
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def rough():
     surface = random_surface((60, 40), (1e-6, 2e-6), 50e-9, 8e-6, seed=2)
     summits = surface.summits()
@@ -102,20 +102,20 @@ def rough():
 # ----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("step", [0, 3])
+@mark.parametrize("step", [0, 3])
 def test_summits_are_drawn_at_their_positions_in_the_colour_of_their_state(rough, step):
     surface, summits, history = rough
     _, panels = drawn(surface, history, step)
     state = history["slip_state"].values[step]
     check_marks(panels[MAP], summits.x, summits.y, state)
     check_marks(panels[DISTRIBUTION], summits.height, summits.radius, state)
-    assert flat(panels[DISTRIBUTION]) == pytest.approx(
+    assert flat(panels[DISTRIBUTION]) == approx(
         float(history["separation"][step]), rel=1e-12, abs=1e-30
     )
     assert set(np.unique(history["slip_state"])) == {0, 1, 2, 3}
 
 
-@pytest.mark.parametrize("record", ["totals", [0, 7, 30]])
+@mark.parametrize("record", ["totals", [0, 7, 30]])
 def test_touching_summits_are_marked_for_any_selection_of_recorded_asperities(rough, record):
     surface, summits, whole = rough
     history = history_of(summits, record=record)
@@ -136,7 +136,7 @@ def test_missing_heights_have_a_separate_colour():
     figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
     (image,) = panels[MAP].get_images()
     assert panels[MAP].child_axes[0].get_ylabel() == "height $z$ (nm)"
-    assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) == pytest.approx(np.nanmax(heights))
+    assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) == approx(np.nanmax(heights))
     shown = image.to_rgba(image.get_array())
     missing = np.isnan(heights.T)
     assert (shown[missing] == mpl.colors.to_rgba(plots.MISSING)).all()
@@ -148,8 +148,8 @@ def test_missing_heights_have_a_separate_colour():
 # ------------------------------------------------------------------------------
 
 
-@pytest.mark.hides_data  # one summit is a point of its surroundings
-@pytest.mark.parametrize("positions", [{}, {"x": 3e-6, "y": -1e-6}])
+@mark.hides_data  # one summit is a point of its surroundings
+@mark.parametrize("positions", [{}, {"x": 3e-6, "y": -1e-6}])
 def test_a_single_summit_and_the_flat_below_it(positions):
     summits = Summits(0.0, 1e-5, **positions)
     history = history_of(summits)
@@ -158,7 +158,7 @@ def test_a_single_summit_and_the_flat_below_it(positions):
     if not positions:
         axes = panels[DISTRIBUTION]
         separation = float(history["separation"][-1])
-        assert flat(axes) == pytest.approx(separation)
+        assert flat(axes) == approx(separation)
         assert axes.get_xlabel() == "summit height $z$ (nm)"
         left, right = axes.get_xlim()
         assert left < separation < 0 < right
@@ -169,8 +169,8 @@ def test_a_single_summit_and_the_flat_below_it(positions):
         assert "no asperity distribution: 1 summit" in figure.notices
         x, y = positions["x"], positions["y"]
         assert panels[MAP].get_xlabel() == "$x$ (µm)"
-        assert panels[MAP].get_xlim() == pytest.approx((x - 10e-6, x + 10e-6))
-        assert panels[MAP].get_ylim() == pytest.approx((y - 10e-6, y + 10e-6))
+        assert panels[MAP].get_xlim() == approx((x - 10e-6, x + 10e-6))
+        assert panels[MAP].get_ylim() == approx((y - 10e-6, y + 10e-6))
 
 
 def test_of_many_separated_summits_some_are_drawn_by_lot_and_all_that_touch(monkeypatch):
@@ -193,7 +193,7 @@ def test_a_history_in_which_nothing_touches():
     history = hs.replay(ensemble, [hs.NormalDisplacement(0.0, -5e-9)])
     figure, panels = rendered(surface_group.dataset(summits), history)
     check_marks(panels[MAP], summits.x, summits.y, np.zeros(2))
-    assert flat(panels[DISTRIBUTION]) == pytest.approx(5e-9)
+    assert flat(panels[DISTRIBUTION]) == approx(5e-9)
     assert figure.get_suptitle().endswith(", 0 asperities in contact")
     _, panels = drawn(load_surface(history), history)
     assert [text.get_text() for text in panels[DISTRIBUTION].texts] == ["no summits"]
@@ -228,7 +228,7 @@ def test_a_history_without_its_surface_has_the_summits_that_it_holds(rough, tmp_
 
 def test_the_surface_of_another_history_is_refused(rough):
     other = Summits([0.0, -1e-9], 1e-6)
-    with pytest.raises(InputError, match="other summits"):
+    with raises(InputError, match="other summits"):
         plot_surface(surface_group.dataset(other), rough[2])
 
 
@@ -250,7 +250,7 @@ def test_the_distribution_has_the_heights_and_radii_of_the_step():
         )
         touching = height > history["separation"].values[step]
         assert touching.sum() == history["contact_count"].values[step]
-        assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))
+        assert flat(panels[DISTRIBUTION]) == approx(float(history["separation"][step]))
 
 
 # -- several surfaces, and a map in colours

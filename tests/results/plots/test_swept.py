@@ -1,9 +1,9 @@
 """Contents of the pictures of a swept quantity; their looks are covered by the reference pictures."""
 
 import numpy as np
-import pytest
 import xarray as xr
 from golden import refused
+from pytest import approx, mark
 
 import historysim as hs
 from historysim.results.plots.chart import MOVED
@@ -40,11 +40,11 @@ def test_means_and_deviations_over_seeds():
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2", MOVED]
     for number, bars in enumerate(axes.containers):
         line, _, (stems,) = bars.lines
-        assert line.get_xdata() == pytest.approx([1e-7, 2e-7, 4e-7])
+        assert line.get_xdata() == approx([1e-7, 2e-7, 4e-7])
         own = [row[np.isfinite(row)] for row in VALUES[:, number]]
-        assert line.get_ydata() == pytest.approx([row.mean() for row in own])
+        assert line.get_ydata() == approx([row.mean() for row in own])
         halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
-        assert halves == pytest.approx([row.std(ddof=1) for row in own])
+        assert halves == approx([row.std(ddof=1) for row in own])
     assert "of 5 surfaces" in figure.get_suptitle()
 
 
@@ -53,15 +53,15 @@ def test_a_band_of_quantiles():
         SWEEP, quantity="drift", over="friction", each="rms_height", spread="quantiles"
     ).axes
     line, band = axes.get_lines()[0], axes.collections[0]
-    assert line.get_ydata() == pytest.approx(np.median(VALUES[0], axis=1))
+    assert line.get_ydata() == approx(np.median(VALUES[0], axis=1))
     low, high = np.quantile(VALUES[0, 0], [0.1, 0.9])
     heights = band.get_paths()[0].vertices[:, 1]
     assert (heights.min() <= low) & (heights.max() >= high)
     assert any(np.isclose(heights, low)) & any(np.isclose(heights, high))
 
 
-@pytest.mark.parametrize(
-    ("over", "along", "drawn", "line"),
+@mark.parametrize(
+    "over, along, drawn, line",
     [
         ("radius", [3.0, 1.0, 2.0], [5.0, 6.0, 4.0], "-"),
         ("radius", [3.0, 1.0, 3.0], [5.0, 4.0, 6.0], "None"),
@@ -116,7 +116,7 @@ def test_one_number_over_another_with_a_fit():
         POWER, quantity="drift", over="pressure", fit="power", logarithmic=True
     ).axes
     assert axes.get_xlabel() == "pressure (MPa)"
-    assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1e6, 2e6, 4e6, 8e6])
+    assert axes.containers[0].lines[0].get_xdata() == approx([1e6, 2e6, 4e6, 8e6])
     assert "exponent 0.50" in {line.get_label() for line in axes.get_lines()}
     assert axes.get_yscale() == "log"
     axes.figure.draw_without_rendering()

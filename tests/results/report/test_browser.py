@@ -4,9 +4,9 @@ import hashlib
 import re
 
 import numpy as np
-import pytest
 from golden import refused
 from pairs import COMPLIANT as PAIR
+from pytest import approx, fixture, mark
 
 import historysim as hs
 from historysim.memory.paths import Goals, blank_rows, straight_paths
@@ -54,19 +54,19 @@ SETTLED = """async () => { const { explorer } = document.getElementById("explore
   await new Promise(requestAnimationFrame); await new Promise(requestAnimationFrame); }"""
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def history():
     return hs.replay(ENSEMBLE, EVENTS, substeps=10, record="all")
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def report(history, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "r.html"
     assert len(hs.report(history, path)) < 1e6
     return path
 
 
-@pytest.fixture(scope="module")
+@fixture(scope="module")
 def explored(history, tmp_path_factory):
     path = tmp_path_factory.mktemp("explored") / "e.html"
     path.write_text(hs.explore(history).page, encoding="utf-8")
@@ -80,10 +80,10 @@ def check(shown, history, row, label, axis=None):
     assert f"step {row}:" in shown["text"]
     assert shown["spoken"].endswith(f"step {row}")
     largest = float(abs(history.total_tangential_load).max())
-    assert shown["load"] == pytest.approx(
+    assert shown["load"] == approx(
         float(step.total_tangential_load.isel(place)), rel=1e-9, abs=1e-9 * largest
     )
-    assert shown["displacement"] == pytest.approx(
+    assert shown["displacement"] == approx(
         float(step.tangential_displacement.isel(place)), rel=1e-9, abs=1e-20
     )
     assert shown["slip"] == step.slip_state.values.tolist()
@@ -95,20 +95,18 @@ def check(shown, history, row, label, axis=None):
         ("radius", "contact_radius"),
         ("stick", "stick_radius"),
     ):
-        assert shown[name] == pytest.approx(step[variable].values.tolist(), rel=1e-9, abs=1e-15), (
-            name
-        )
+        assert shown[name] == approx(step[variable].values.tolist(), rel=1e-9, abs=1e-15), name
     own = history.sel(asperity=label)
     assert f"asperity {label}," in shown["clicked"]
     recorded = own.tangential_load.isel(place).values
-    assert shown["own"] == pytest.approx(recorded.tolist(), rel=1e-9, abs=1e-9 * largest)
+    assert shown["own"] == approx(recorded.tolist(), rel=1e-9, abs=1e-9 * largest)
     expected = history.contact.asperity(label, row)
     distance = np.array(shown["distance"])
     traction = expected.traction(distance)
     traction = traction if axis is None else traction[:, axis]
     # the square root is steep at a front, where rounding of its radius shows
     assert np.abs(np.array(shown["traction"]) - traction).max() < 1e-6 * expected.pressure(0.0)
-    assert shown["limit"] == pytest.approx(
+    assert shown["limit"] == approx(
         expected.friction * expected.pressure(distance), rel=1e-6, abs=1.0
     )
 
@@ -167,7 +165,7 @@ def test_other_friction_and_moduli_move_the_loop_beside_the_recorded_one(explore
                 "Array.from(document.getElementById('explorer').explorer.model.total('tangential_load'))"
             )
             expected = hs.replay(ensemble, EVENTS, substeps=10).total_tangential_load.values
-            assert computed == pytest.approx(expected.tolist(), rel=1e-9, abs=1e-12)
+            assert computed == approx(expected.tolist(), rel=1e-9, abs=1e-12)
             assert page.evaluate(loop) == 2
         page.get_by_role("button", name="as recorded").click()
         page.evaluate(SETTLED)
@@ -229,7 +227,7 @@ def random_setup(rng, count, *, planar):
     return ensemble, straight_paths(normal, Goals(np.where(pushed, 0, 1), target))
 
 
-@pytest.mark.parametrize(("count", "planar"), [(3000, False), (12, True)])
+@mark.parametrize("count, planar", [(3000, False), (12, True)])
 def test_the_library_of_browsers_has_the_bits_of_the_native_one(tmp_path, count, planar, opened):
     """It needs the script's `Model` alone, no page."""
     ensemble, paths = random_setup(np.random.default_rng(5), count, planar=planar)
@@ -371,14 +369,14 @@ UNSUPPORTED = {
 }
 
 
-@pytest.mark.parametrize("text", UNSUPPORTED)
+@mark.parametrize("text", UNSUPPORTED)
 def test_histories_that_a_page_cannot_compute_are_refused(text):
     history = hs.replay(*UNSUPPORTED[text], substeps=4)
     with refused(f"pages cannot compute {text}"):
         hs.explore(history)
 
 
-@pytest.mark.ci
+@mark.ci
 def test_a_page_of_1000_asperities_and_2000_steps_is_below_1_megabyte():
     rng = np.random.default_rng(1)
     places = {"x": rng.uniform(0, 1e-4, 1000), "y": rng.uniform(0, 1e-4, 1000)}

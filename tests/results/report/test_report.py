@@ -54,7 +54,7 @@ def test_a_page_has_results_and_provenance(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "word"),
+    "name, word",
     [
         ("r.nc", "r.nc"),
         ("a b; rm -rf ~ $(id).nc", "'a b; rm -rf ~ $(id).nc'"),
