@@ -214,8 +214,8 @@ static void add_elastic_energy(const hs_ring_class *ring_class, double *asperity
     for (int32_t k = 1; k < ring_class->node_count; ++k) {
         const hs_node *inner = ring_class->nodes + k, *outer = inner - 1;
         hs_vector a = inner->deflection, b = outer->deflection;
-        hs_slip x = {inner->label, outer->label, a.x, b.x, 0.5 * a.x, 0.5 * b.x};
-        hs_slip y = {inner->label, outer->label, a.y, b.y, 0.5 * a.y, 0.5 * b.y};
+        hs_slip x = {inner->label, outer->label, a.x, b.x, 0.5 * a.x, 0.5 * b.x, NULL};
+        hs_slip y = {inner->label, outer->label, a.y, b.y, 0.5 * a.y, 0.5 * b.y, NULL};
         hs_add_energy(ring_class->curve, asperity_energy, NULL, &x);
         hs_add_energy(ring_class->curve, asperity_energy, NULL, &y);
     }

@@ -9,6 +9,9 @@
 /* Added to a depth, to avoid division by zero; chosen. */
 #define SMALL 1e-30
 
+/* Iterations of the displacement from a guess, at most; chosen. */
+#define MAX_REFINEMENTS 8
+
 /* True if each of several asperities is a group. */
 static int has_single_groups(const hs_contact *contact) {
     return contact->groups > 1 && contact->groups == contact->count;
@@ -282,6 +285,22 @@ static double halley_iterate(double v, double residual, double stiffness, double
     if (!(low < trial && trial < high)) trial = 0.5 * (low + high);
     if (!(fabs(trial - v) <= stride)) trial = v + copysign(stride, residual);
     return trial;
+}
+
+int hs_refine_displacement(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
+                           double force, double accuracy, hs_point *point) {
+    for (int iteration = 0; iteration < MAX_REFINEMENTS; ++iteration) {
+        hs_force found;
+        double previous = point->v;
+        int status = hs_force_at(memory, loads, fronts, *point, &found);
+        if (status != HS_OK) return status;
+        if (!(found.stiffness > 0.0)) break;
+        point->v = halley_iterate(previous, force - found.force, found.stiffness, found.curvature,
+                                  -HUGE_VAL, HUGE_VAL, HUGE_VAL);
+        if (fabs(point->v - previous) <= accuracy) return HS_OK;
+    }
+    point->v = NAN;
+    return HS_OK;
 }
 
 int hs_solve_displacement(hs_line *memory, double d, double load, hs_target target,

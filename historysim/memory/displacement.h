@@ -50,6 +50,10 @@ int hs_solve_displacement(hs_line *memory, double d, double load, hs_target targ
 /* `hs_solve_displacement` with the loads of groups at d and a table of slip fronts. */
 int hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
                                double d, hs_target target, double *displacement);
+/* Displacement at approach `point->d` for a tangential load, from a guess in `point->v` and up to
+ * an accuracy; NaN if it does not converge. */
+int hs_refine_displacement(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,
+                           double force, double accuracy, hs_point *point);
 /* `hs_solve_displacement_with` for groups in contact at d, also if the present state meets the
  * target. */
 int hs_search_displacement(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts,

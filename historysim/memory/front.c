@@ -7,6 +7,9 @@
 #include "lanes.h"
 #include "slides.h"
 
+/* Iterations of Newton's method, at most; chosen. */
+#define MOST_ITERATIONS 20
+
 /* Relative size of the correction of a chord up to which two, and three, nodes suffice; chosen. */
 static const double enough[2] = {2e-5, 2e-2};
 
@@ -70,7 +73,7 @@ static double chord_energy(const slip_energy *energy, const front_point *from,
         label[1] = label[2];
         label[2] = from->front;
     }
-    hs_slip piece = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    hs_slip piece = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NULL};
     for (int k = 0; k < 4; ++k) {
         double a = label[k], first = 0.0, last = 1.0;
         /* the front passes a spring, or it touches; it leaves */
@@ -127,7 +130,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
     const int close = hs_max(from->edge - from->front, to->edge - to->front) < CLOSE * fabs(width);
     double total = 0.0, weights = 0.0, mean = 0.0, front_loads = 0.0;
     for (int g = 0; g < nodes; ++g) {
-        double x = hs_toward(begin, end, front_node[nodes - 2][g]), a = h + x * x,
+        double x = hs_toward(begin, end, hs_gauss_node[nodes - 2][g]), a = h + x * x,
                t = (a - from->front) / width;
         double straight = from->edge + t * (to->edge - from->edge);
         /* cubic Hermite interpolation, then Newton's method */
@@ -142,7 +145,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
             if (fabs(step) <= CONVERGED * (d - h)) break;
         }
         double factor_of_node =
-            energy->friction * rate * front_weight[nodes - 2][g] * 2.0 * x * (begin - end);
+            energy->friction * rate * hs_gauss_weight[nodes - 2][g] * 2.0 * x * (begin - end);
         label[g][0] = d;
         label[g][1] = straight;
         label[g][2] = a;

@@ -4,6 +4,10 @@
 
 #include "losses.h"
 
+/* Inverse of a ramp: iterations, and smallest slope; chosen. */
+#define NEWTON_STEPS 3
+#define MIN_SLOPE 1e-3
+
 /* ∫ slip·drag·N'' da of one asperity of gap h and weight k over labels from low to high > h.
  *
  * In x = √(a - h) the integrand is a polynomial of fourth degree, for which three Gauss points are
@@ -24,6 +28,103 @@ static inline double asperity_slip_energy(double h, double k, double low, double
     s = base - low + (x - x_low) * (x + x_low);
     q += 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s);
     return k * length * q * (1.5 / 18.0);
+}
+
+const hs_bow *hs_find_bow(hs_losses *losses, double friction, double side) {
+    const hs_ramp_curve *curve = losses->curve;
+    hs_bow *bow = &losses->bow;
+    const double rise = curve->to.d - curve->from.d, change = curve->to.v - curve->from.v;
+    if (bow->friction != friction || bow->side != side) {
+        const double length = side * change - friction * rise,
+                     across = side * curve->friction * rise + friction * change / curve->friction;
+        *bow = HS_MADE(hs_bow){friction,
+                               side,
+                               length,
+                               curve->from.d,
+                               rise,
+                               across / length,
+                               rise != 0.0 ? -change / (curve->friction * rise) : 0.0,
+                               -change / curve->friction - across / length * rise,
+                               {curve->c[0], curve->c[1], curve->c[2]}};
+    }
+    return bow->length > 0.0 ? bow : NULL;
+}
+
+/* Distance w of ramp and chord at a fraction x, and ∫ w dx from 0. */
+static inline double bow_distance(const double *c, double x) {
+    return x * (1.0 - x) * (c[0] + x * (c[1] + x * c[2]));
+}
+static inline double bow_integral(const double *c, double x) {
+    return x * x *
+           (c[0] / 2.0 + x * ((c[1] - c[0]) / 3.0 + x * ((c[2] - c[1]) / 4.0 - x * c[2] / 5.0)));
+}
+
+/* Largest fraction x at which x + rate·w is a `value`, by Newton's method from the end. */
+static inline double bow_fraction(const double *c, double rate, double value) {
+    double x = 1.0;
+    for (int k = 0; k < NEWTON_STEPS; ++k) {
+        double slope =
+            c[0] + x * (2.0 * (c[1] - c[0]) + x * (3.0 * (c[2] - c[1]) - x * 4.0 * c[2]));
+        x -= (x + rate * bow_distance(c, x) - value) / hs_max(1.0 + rate * slope, MIN_SLOPE);
+    }
+    return hs_min(hs_max(x, 0.0), 1.0);
+}
+
+/* True if the springs between two labels touch or separate on a path. */
+static inline int is_met_by(const hs_bow *bow, const hs_slip *slip) {
+    const double edge = hs_min(bow->from, bow->from + bow->rise);
+    return 0.5 * (slip->low + slip->high) > edge;
+}
+
+/* Energy by which springs with label a dissipate more on a ramp than on its chord: μ times the area
+ * between both in (d, g) from where they begin to slip to the end. Springs that touch or separate
+ * do so where both are at d = a, which differs in g: the area has a corner there. */
+static inline double bow_density(const hs_bow *bow, double label, double slip, int is_met) {
+    const double *c = bow->c;
+    double begin, end = 1.0, w = 0.0, corner = 0.0;
+    if (is_met) {
+        double of_chord = (label - bow->from) / bow->rise,
+               met = bow_fraction(c, bow->d_rate, of_chord), w_met = bow_distance(c, met);
+        double off = met + bow->g_rate * w_met - of_chord;
+        corner = -0.5 * fabs(bow->rise) * off * off;
+        begin = end = met;
+        if (bow->rise > 0.0) end = 1.0;
+        if (bow->rise < 0.0) {
+            w = w_met;
+            begin = bow_fraction(c, bow->g_rate, hs_max(of_chord - slip / bow->length, 0.0));
+        }
+    } else {
+        begin = bow_fraction(c, bow->g_rate, hs_max(1.0 - slip / bow->length, 0.0));
+    }
+    double w_begin = bow_distance(c, begin);
+    double area = bow->off * (bow_integral(c, end) - bow_integral(c, begin) +
+                              0.5 * bow->g_rate * (w * w - w_begin * w_begin));
+    return bow->friction * bow->length * (area + corner);
+}
+
+/* Energies of several asperities between two labels on a bowed ramp, by Gauss's quadrature in
+ * √(a - h); no asperity gains energy. */
+HS_WIDE static void bowed_energies(const double *restrict gap, const double *restrict weight,
+                                   int count, const hs_slip *slip, double *restrict energy) {
+    const double *node = hs_gauss_node[2], *node_weight = hs_gauss_weight[2];
+    const hs_bow bow = *slip->bow;
+    const double low = slip->low, high = slip->high, width = high - low;
+    const double slip_low = slip->slip_low, drag_low = slip->drag_low;
+    const double slip_slope = (slip->slip_high - slip_low) / width,
+                 drag_slope = (slip->drag_high - drag_low) / width;
+    const int is_met = is_met_by(&bow, slip);
+    for (int i = 0; i < count; ++i) {
+        double h = gap[i], base = hs_max(h, low), x_low = sqrt(base - h), x_high = sqrt(high - h);
+        double length = (high - base) / (x_high + x_low), sum = 0.0;
+        for (int k = 0; k < 4; ++k) {
+            double x = x_low + node[k] * length, s = h + x * x - low;
+            double slipped = slip_low + slip_slope * s;
+            double density =
+                slipped * (drag_low + drag_slope * s) + bow_density(&bow, low + s, slipped, is_met);
+            sum += node_weight[k] * hs_max(density, 0.0);
+        }
+        energy[i] = 1.5 * weight[i] * length * sum;
+    }
 }
 
 /* Energies of several asperities between two labels. */
@@ -47,21 +148,27 @@ static double knot_slip_energy(hs_curve curve, const hs_slip *slip) {
                  drag_slope = (slip->drag_high - slip->drag_low) * rate;
     int64_t i = hs_count_touching(curve.gap, curve.count, slip->low);
     double total = 0.0, stiffness_below = i > 0 ? curve.weight[i - 1] : 0.0;
+    const hs_bow *bow = slip->bow;
+    const int is_met = bow && is_met_by(bow, slip);
     if (i > 0) --i;
     for (; i < curve.count && curve.gap[i] < slip->high; ++i) {
         double s = curve.gap[i] - slip->low;
         if (s >= 0.0 && curve.weight[i] > stiffness_below &&
-            (i == 0 || curve.gap[i] == curve.gap[i - 1]))
-            total += (curve.weight[i] - stiffness_below) * (slip->slip_low + slip_slope * s) *
-                     (slip->drag_low + drag_slope * s);
+            (i == 0 || curve.gap[i] == curve.gap[i - 1])) {
+            double jump = curve.weight[i] - stiffness_below,
+                   slipped = slip->slip_low + slip_slope * s;
+            total += jump * slipped * (slip->drag_low + drag_slope * s);
+            if (bow) total += jump * bow_density(bow, curve.gap[i], slipped, is_met);
+        }
         stiffness_below = curve.weight[i];
         if (i + 1 == curve.count || curve.gap[i + 1] <= hs_max(curve.gap[i], slip->low)) continue;
         double start = hs_max(curve.gap[i], slip->low), sum = 0.0;
         double width = hs_min(curve.gap[i + 1], slip->high) - start;
         for (int k = 0; k < 3; ++k) {
-            double offset = start - slip->low + 0.5 * k * width;
-            sum += (k == 1 ? 4.0 : 1.0) * (slip->slip_low + slip_slope * offset) *
-                   (slip->drag_low + drag_slope * offset);
+            double offset = start - slip->low + 0.5 * k * width, part = k == 1 ? 4.0 : 1.0;
+            double slipped = slip->slip_low + slip_slope * offset;
+            sum += part * slipped * (slip->drag_low + drag_slope * offset);
+            if (bow) sum += part * bow_density(bow, slip->low + offset, slipped, is_met);
         }
         total += hs_bend_at(curve, i) * width * sum / 6.0;
     }
@@ -82,13 +189,13 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy
     if (curve.load) return knot_slip_energy(curve, slip);
     if (curve.count == 1) {
         if (curve.gap[0] >= slip->high) return 0.0;
-        slip_energies(curve.gap, curve.weight, 1, slip, energy);
+        (slip->bow ? bowed_energies : slip_energies)(curve.gap, curve.weight, 1, slip, energy);
         if (asperity_energy) asperity_energy[0] += energy[0];
         return energy[0];
     }
     int64_t count = hs_count_touching(curve.gap, curve.count, slip->high), inner = count;
     hs_chunk chunk;
-    if (asperity_energy && !far_energy) curve.clusters = NULL;
+    if (slip->bow || (asperity_energy && !far_energy)) curve.clusters = NULL;
     /* the energy is smooth in the gap below `low`, and between both labels */
     if (curve.clusters) inner = hs_count_touching(curve.gap, count, slip->low);
     for (int64_t start = 0; start < count; start += chunk.size) {
@@ -98,7 +205,8 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy
         shifted.low -= chunk.origin;
         shifted.high -= chunk.origin;
         const int is_far = asperity_energy && chunk.cluster;
-        slip_energies(chunk.gap, is_far ? unit : chunk.weight, chunk.count, &shifted, energy);
+        (slip->bow ? bowed_energies : slip_energies)(chunk.gap, is_far ? unit : chunk.weight,
+                                                     chunk.count, &shifted, energy);
         if (is_far) {
             double *far = far_energy + (chunk.cluster - curve.clusters->memory) * HS_PROXIES;
             add_terms(far, energy, HS_PROXIES);
@@ -111,7 +219,9 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy
     return hs_lanes_sum(lane);
 }
 
-void hs_init_losses(hs_losses *losses, int64_t groups) {
+void hs_init_losses(hs_losses *losses, int64_t groups, const hs_ramp_curve *curve) {
+    losses->curve = curve;
+    losses->bow.side = 0.0;
     losses->queues = groups > 1;
     losses->number = 0;
     losses->total = 0.0;
@@ -141,7 +251,7 @@ void hs_flush_losses(hs_losses *losses, double *asperity_energy) {
 
 void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
     if (!losses) return;
-    if (!losses->queues || group->curve.count > 1) {
+    if (!losses->queues || group->curve.count > 1 || slip->bow) {
         losses->total +=
             hs_add_energy(group->curve, group->asperity_energy, group->far_energy, slip);
         return;
@@ -174,7 +284,8 @@ static void add_one_way_loss(const hs_group *group, hs_losses *losses, double st
                     slip_low,
                     slip_high,
                     hs_min(drag * slip_low, max_drag_rate * (start - low)),
-                    hs_min(drag * slip_high, max_drag_rate * (start - high))};
+                    hs_min(drag * slip_high, max_drag_rate * (start - high)),
+                    hs_bow_of(losses, group->friction, sign)};
     hs_add_loss(group, losses, &slip);
 }
 
@@ -212,7 +323,7 @@ double hs_elastic_energy(const hs_line *memory, double *asperity_energy) {
             double v_low = memory->displacement - stack[j - 1].anchor,
                    v_high = memory->displacement - stack[j].anchor;
             hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high,
-                            0.5 * v_low,        0.5 * v_high};
+                            0.5 * v_low,        0.5 * v_high,   NULL};
             total += hs_add_energy(
                 group.curve, asperity_energy ? asperity_energy + group.start : NULL, NULL, &held);
         }

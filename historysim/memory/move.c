@@ -42,7 +42,7 @@ int hs_move(hs_line *memory, double d, double load, hs_target target) {
         if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, &loads, &fronts);
         hs_free_fronts(&fronts);
     }
-    if (status == HS_OK) status = hs_move_with_loads(memory, &loads, d, load, target, path);
+    if (status == HS_OK) status = hs_move_with_loads(memory, &loads, d, load, target, path, NULL);
     hs_free_group_loads(&loads);
     return status;
 }
@@ -96,7 +96,7 @@ HS_APART static void record_gross_slip(hs_line *memory, int64_t index, const hs_
  * approach (`held`), the most frequent case. */
 static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *losses,
                                   const hs_point *from, const hs_point *to, double load, int held,
-                                  double *force) {
+                                  int bowed, double *force) {
     const int64_t position = memory->contact->first[index], depth = memory->depth[index];
     const double friction = memory->friction[index], gap = memory->contact->gap[position],
                  weight = memory->contact->weight[position];
@@ -118,7 +118,12 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
         return 0;
     const double sign = path.sign, slope = sign * friction;
     double inner_slope = 0.0;
-    hs_slip piece = {slip_end.label, d, slip_end.slip, 0.0, 0.0, 0.0};
+    hs_slip piece = {slip_end.label, d, slip_end.slip, 0.0, 0.0, 0.0, NULL};
+    hs_group group;
+    if (bowed) {
+        group = hs_group_of(memory, index);
+        piece.bow = hs_bow_of(losses, friction, path.sign);
+    }
     front.normal = front.tangential = 0.0;
     if (inner_count > 0) {
         inner_slope = stack[inner_count].slope;
@@ -138,8 +143,8 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
         if (full_slip > 0.0) lag = 0.5 * (d - from->d) / full_slip;
     }
     if (!held && d < from->d) {
-        hs_group group = hs_group_of(memory, index);
-        hs_add_separation_losses(&group, losses, depth, edge.segment, from, to);
+        hs_group separating = hs_group_of(memory, index);
+        hs_add_separation_losses(&separating, losses, depth, edge.segment, from, to);
     }
     piece.drag_low =
         friction * (held ? d - piece.low : hs_max(d - piece.low - lag * piece.slip_low, 0.0));
@@ -149,7 +154,10 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
             piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
         piece.drag_high = friction * (held ? d - piece.high
                                            : hs_max(d - piece.high - lag * piece.slip_high, 0.0));
-        hs_queue_loss(losses, gap, weight, position, memory->dissipated_each, &piece);
+        if (bowed)
+            hs_add_loss(&group, losses, &piece);
+        else
+            hs_queue_loss(losses, gap, weight, position, memory->dissipated_each, &piece);
         piece.low = piece.high;
         piece.slip_low = piece.slip_high;
         piece.drag_low = piece.drag_high;
@@ -157,7 +165,10 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
     if (path.grows) {
         piece.high = d;
         piece.slip_high = piece.drag_high = 0.0;
-        hs_queue_loss(losses, gap, weight, position, memory->dissipated_each, &piece);
+        if (bowed)
+            hs_add_loss(&group, losses, &piece);
+        else
+            hs_queue_loss(losses, gap, weight, position, memory->dissipated_each, &piece);
     }
     double reached = front.tangential + slope * (load - front.normal);
     stack[inner_count] = front;
@@ -168,7 +179,7 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
 }
 
 int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, double load,
-                       hs_target target, hs_target path) {
+                       hs_target target, hs_target path, const hs_ramp_curve *curve) {
     hs_point from = {memory->approach, memory->displacement};
     double reached = path.value, force = 0.0;
     int is_at_rest = d == from.d && path.value == from.v && path.compliance == 0.0;
@@ -177,7 +188,7 @@ int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, d
     const hs_point to = {d, path.value};
     hs_losses losses;
     hs_vertex *scratch = NULL;
-    hs_init_losses(&losses, groups);
+    hs_init_losses(&losses, groups, curve);
     if (is_at_rest) force = hs_total_force(memory);
     if (!is_at_rest && hs_has_steep(memory)) {
         scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(memory)) *
@@ -189,9 +200,10 @@ int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, d
         if (index >= loads->count && depth == 0) break;
         if (is_prescribed && index < loads->count && !memory->steep[index]) {
             double group_load = loads->load[index];
-            if (d == from.d
-                    ? slide_single(memory, index, &losses, &from, &to, group_load, 1, &force)
-                    : slide_single(memory, index, &losses, &from, &to, group_load, 0, &force))
+            if (curve ? slide_single(memory, index, &losses, &from, &to, group_load, 0, 1, &force)
+                : d == from.d
+                    ? slide_single(memory, index, &losses, &from, &to, group_load, 1, 0, &force)
+                    : slide_single(memory, index, &losses, &from, &to, group_load, 0, 0, &force))
                 continue;
         }
         hs_group group = hs_group_of(memory, index);

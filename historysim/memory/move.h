@@ -7,9 +7,10 @@
 /* Move a memory on a straight path to approach d, with normal load `load`, and to a target within
  * the friction limit; returns a status. */
 int hs_move(hs_line *memory, double d, double load, hs_target target);
-/* `hs_move` with the loads of groups at d, and with the `path` target of the groups' updates. */
+/* `hs_move` with the loads of groups at d, and with the `path` target of the groups' updates; with
+ * the energies of a ramp, unless its curve is NULL. */
 int hs_move_with_loads(hs_line *memory, const hs_group_loads *loads, double d, double load,
-                       hs_target target, hs_target path);
+                       hs_target target, hs_target path, const hs_ramp_curve *curve);
 /* Move one group, whose coefficient changes linearly from `friction` to that of `group`, and record
  * sliding times. `scratch` has room for twice `hs_room_to_clip` vertices, needed for a steep
  * polyline or a changing coefficient; losses may be NULL. */

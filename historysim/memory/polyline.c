@@ -83,6 +83,7 @@ static void add_slip_losses(const hs_group *group, hs_losses *losses, const hs_p
     double full_slip = sign * (to->v - from->v) - friction * (to->d - from->d);
     double lag = full_slip > 0.0 ? 0.5 * (to->d - from->d) / full_slip : 0.0;
     hs_slip piece;
+    piece.bow = hs_bow_of(losses, friction, sign);
     piece.low = update->front.label;
     piece.slip_low = update->slip;
     piece.drag_low = friction * hs_max(to->d - piece.low - lag * update->slip, 0.0);
@@ -461,7 +462,8 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
                                     hs_max(side * v_a - limit_a, 0.0),
                                     hs_max(side * v_b - limit_b, 0.0),
                                     0.0,
-                                    0.0};
+                                    0.0,
+                                    hs_bow_of(losses, friction, side)};
                     double moved = side * cone->moved;
                     slip.drag_low =
                         mean_drag(limit_a, slip.slip_low, moved, cone->rise + cone->gain * (d - a));

@@ -405,7 +405,7 @@ int hs_solve_slid_distances(hs_fields *ctx, hs_line *memory, const hs_step_end *
             if (!ctx->saved_stack) return HS_OUT_OF_MEMORY;
         }
         memcpy(ctx->saved_stack, group.stack, (size_t)depth * sizeof *ctx->saved_stack);
-        hs_init_losses(&losses, contact->groups);
+        hs_init_losses(&losses, contact->groups, NULL);
         /* it is only tried */
         const hs_clock clock = memory->clock;
         hs_set_clock(memory, NAN);
@@ -432,7 +432,7 @@ static int move_groups(hs_fields *ctx, hs_line *memory, const hs_step_end *step_
     const hs_contact *contact = memory->contact;
     double deepest = hs_max(memory->approach, step_end->d);
     hs_losses losses;
-    hs_init_losses(&losses, contact->groups);
+    hs_init_losses(&losses, contact->groups, NULL);
     for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < deepest; ++g) {
         int status = move_by_stations(ctx, memory, g, step_end, memory->dissipated_each, &losses);
         if (status != HS_OK) return status;

@@ -35,7 +35,7 @@ static void print_distance(const hs_state *start, const hs_state *whole, double 
     hs_drive drive = {1e-6, {0.0, 0.0}, 1, 1, NULL, NULL};
     hs_refusal refusal;
     double top = hs_max(start->line.approach, whole->line.approach) - whole->line.contact->sorted_gap[0];
-    double reach = hs_friction_range(&whole->line, HUGE_VAL).most * top, lost = whole->line.dissipated - start->line.dissipated;
+    double reach = hs_friction_range(&whole->line, HUGE_VAL).max * top, lost = whole->line.dissipated - start->line.dissipated;
     if (hs_integrate(other, &path, 1, NULL, &drive, 1.0, NULL, &refusal) != HS_OK) abort();
     printf(" %.3e %.3e", (whole->line.displacement - other->line.displacement) / reach,
            lost > 0.0 ? (whole->line.dissipated - other->line.dissipated) / lost : 0.0);
