@@ -83,6 +83,7 @@ int hs_assign_body(hs_body *target, const hs_body *source) {
     target->fraction = source->fraction;
     target->displacement = source->displacement;
     target->tangential_load = source->tangential_load;
+    target->displacement_rate = source->displacement_rate;
     for (int64_t c = 0; c < source->class_count; ++c) {
         hs_ring_class *target_class = target->classes + c;
         const hs_ring_class *source_class = source->classes + c;

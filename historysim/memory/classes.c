@@ -160,9 +160,10 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
     if (is_x_prescribed) increment.x = target->value.x - start.x;
     if (is_y_prescribed) increment.y = target->value.y - start.y;
     int is_converged;
-    *load = solve_classes(body, edge, increment, MAX_ITERATIONS,
-                          is_x_prescribed && is_y_prescribed ? NULL : stiffness, &is_converged);
-    if (is_x_prescribed && is_y_prescribed) return increment;
+    const int is_prescribed = is_x_prescribed && is_y_prescribed;
+    *load = solve_classes(body, edge, increment, MAX_ITERATIONS, is_prescribed ? NULL : stiffness,
+                          &is_converged);
+    if (is_prescribed) return increment;
     /* reciprocals of the compliances, times both compliances */
     const double weight_x = is_y_prescribed ? 1.0 : target->compliance.y,
                  weight_y = is_x_prescribed ? 1.0 : target->compliance.x;
@@ -565,7 +566,8 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
                              body->rings_per_class, stage);
         }
         hs_vector guess =
-            stage == 1 ? zero_vector : hs_add_scaled(zero_vector, 1.0 / SDIRK2_GAMMA, increment[0]);
+            hs_add_scaled(zero_vector, current->fraction - body->fraction, body->displacement_rate);
+        if (stage == 2) guess = hs_add_scaled(zero_vector, 1.0 / SDIRK2_GAMMA, increment[0]);
         increment[stage - 1] = solve_increment(body, edge, guess, &current->tangential, &load);
         if (is_cancelled(body)) return HS_INTERRUPTED;
         for (int64_t c = 0; c < body->class_count; ++c) {
@@ -603,6 +605,8 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
     body->approach = target->approach;
     body->normal_load = target->normal_load;
     body->time = target->time;
+    body->displacement_rate =
+        hs_add_scaled(zero_vector, 1.0 / (target->fraction - body->fraction), increment[1]);
     body->fraction = target->fraction;
     body->displacement = hs_add_scaled(body->displacement, 1.0, increment[1]);
     if (prescribes_x(&target->tangential)) body->displacement.x = target->tangential.value.x;
@@ -912,6 +916,7 @@ int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops) {
     if (path->is_load_controlled && path->approach[0] < touch && path->approach[1] > touch)
         body->approach = path->approach[0] = touch;
     body->fraction = 0.0;
+    body->displacement_rate = zero_vector;
     hs_begin_segments(body, path);
     int status = path->saturate ? correct_initial_load(body, path) : HS_OK;
     while (status == HS_OK && body->fraction < 1.0) {

@@ -114,10 +114,11 @@ typedef struct hs_body {
     double tolerance;
     double approach, normal_load, dissipated, time;
     hs_vector displacement, tangential_load;
-    double curvature_energy; /* energy of the latest step that results from the curvature of its
-                                slip */
-    double slid_load;        /* tangential load relieved by slip in the latest step */
-    double uneven_load;      /* difference of that load from an extrapolation of the first stage */
+    hs_vector displacement_rate; /* mean change on the latest step over that of the path fraction */
+    double curvature_energy;     /* energy of the latest step that results from the curvature of its
+                                    slip */
+    double slid_load;            /* tangential load relieved by slip in the latest step */
+    double uneven_load;    /* difference of that load from an extrapolation of the first stage */
     double *asperity_loss; /* (position) energy dissipated by each asperity; NULL in a trial step */
     int64_t class_count;
     hs_ring_class *classes;
