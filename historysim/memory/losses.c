@@ -79,17 +79,17 @@ static inline int is_met_by(const hs_bow *bow, const hs_slip *slip) {
 /* Energy by which springs with label a dissipate more on a ramp than on its chord: μ times the area
  * between both in (d, g) from where they begin to slip to the end. Springs that touch or separate
  * do so where both are at d = a, which differs in g: the area has a corner there. */
-static inline double bow_density(const hs_bow *bow, double label, double slip, int is_met) {
+static HS_INLINE double bow_density(const hs_bow *bow, double label, double slip, int met_by) {
     const double *c = bow->c;
     double begin, end = 1.0, w = 0.0, corner = 0.0;
-    if (is_met) {
+    if (met_by != 0) {
         double of_chord = (label - bow->from) / bow->rise,
                met = bow_fraction(c, bow->d_rate, of_chord), w_met = bow_distance(c, met);
         double off = met + bow->g_rate * w_met - of_chord;
         corner = -0.5 * fabs(bow->rise) * off * off;
         begin = end = met;
-        if (bow->rise > 0.0) end = 1.0;
-        if (bow->rise < 0.0) {
+        if (met_by > 0) end = 1.0;
+        if (met_by < 0) {
             w = w_met;
             begin = bow_fraction(c, bow->g_rate, hs_max(of_chord - slip / bow->length, 0.0));
         }
@@ -104,15 +104,14 @@ static inline double bow_density(const hs_bow *bow, double label, double slip, i
 
 /* Energies of several asperities between two labels on a bowed ramp, by Gauss's quadrature in
  * √(a - h); no asperity gains energy. */
-HS_WIDE static void bowed_energies(const double *restrict gap, const double *restrict weight,
-                                   int count, const hs_slip *slip, double *restrict energy) {
+static HS_INLINE void bowed_energies_of(const double *restrict gap, const double *restrict weight,
+                                        int count, const hs_slip *slip, const hs_bow bow, int met,
+                                        double *restrict energy) {
     const double *node = hs_gauss_node[2], *node_weight = hs_gauss_weight[2];
-    const hs_bow bow = *slip->bow;
     const double low = slip->low, high = slip->high, width = high - low;
     const double slip_low = slip->slip_low, drag_low = slip->drag_low;
     const double slip_slope = (slip->slip_high - slip_low) / width,
                  drag_slope = (slip->drag_high - drag_low) / width;
-    const int is_met = is_met_by(&bow, slip);
     for (int i = 0; i < count; ++i) {
         double h = gap[i], base = hs_max(h, low), x_low = sqrt(base - h), x_high = sqrt(high - h);
         double length = (high - base) / (x_high + x_low), sum = 0.0;
@@ -120,11 +119,22 @@ HS_WIDE static void bowed_energies(const double *restrict gap, const double *res
             double x = x_low + node[k] * length, s = h + x * x - low;
             double slipped = slip_low + slip_slope * s;
             double density =
-                slipped * (drag_low + drag_slope * s) + bow_density(&bow, low + s, slipped, is_met);
+                slipped * (drag_low + drag_slope * s) + bow_density(&bow, low + s, slipped, met);
             sum += node_weight[k] * hs_max(density, 0.0);
         }
         energy[i] = 1.5 * weight[i] * length * sum;
     }
+}
+/* The same, compiled for springs that separate (-1), touch (1) or do neither (0). */
+HS_WIDE static void bowed_energies(const double *restrict gap, const double *restrict weight,
+                                   int count, const hs_slip *slip, double *restrict energy) {
+    const hs_bow bow = *slip->bow;
+    if (!is_met_by(&bow, slip))
+        bowed_energies_of(gap, weight, count, slip, bow, 0, energy);
+    else if (bow.rise > 0.0)
+        bowed_energies_of(gap, weight, count, slip, bow, 1, energy);
+    else
+        bowed_energies_of(gap, weight, count, slip, bow, -1, energy);
 }
 
 /* Energies of several asperities between two labels. */
@@ -149,7 +159,7 @@ static double knot_slip_energy(hs_curve curve, const hs_slip *slip) {
     int64_t i = hs_count_touching(curve.gap, curve.count, slip->low);
     double total = 0.0, stiffness_below = i > 0 ? curve.weight[i - 1] : 0.0;
     const hs_bow *bow = slip->bow;
-    const int is_met = bow && is_met_by(bow, slip);
+    const int is_met = !bow || !is_met_by(bow, slip) ? 0 : bow->rise > 0.0 ? 1 : -1;
     if (i > 0) --i;
     for (; i < curve.count && curve.gap[i] < slip->high; ++i) {
         double s = curve.gap[i] - slip->low;
