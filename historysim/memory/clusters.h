@@ -45,8 +45,8 @@ int64_t hs_count_clusters(int64_t count);
  * asperities: the transpose of a sum over proxies. */
 void hs_interpolate_far(const hs_clusters *clusters, const double *far, int64_t start, int64_t stop,
                         double *energy);
-/* Chebyshev points in [-1, 1]. */
-extern const double hs_proxy_point[HS_PROXIES];
+/* Chebyshev points in [-1, 1], and weights of 1. */
+extern const double hs_proxy_point[HS_PROXIES], hs_proxy_unit[HS_PROXIES];
 
 /* Largest cluster that begins with asperity `start`, is within `stop` and far enough below a label;
  * NULL if there is none. Sets its number of asperities, or, without a cluster, the number of

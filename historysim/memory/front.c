@@ -183,8 +183,6 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
 /* Add a correction to the energies of asperities, or of the proxies of clusters that are far from
  * all labels. */
 static void add_correction(const slip_energy *energy, const chord_correction *correction) {
-    static const double unit[HS_PROXIES] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
-                                            1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
     const hs_curve curve = energy->curve;
     const int count = 3 * correction->nodes;
     double labels[12];
@@ -207,8 +205,8 @@ static void add_correction(const slip_energy *energy, const chord_correction *co
                 const double *label = correction->label[g];
                 double shifted[3] = {label[0] - chunk.origin, label[1] - chunk.origin,
                                      label[2] - chunk.origin};
-                add_weighted_loads(chunk.gap, chunk.cluster ? unit : chunk.weight, chunk.count,
-                                   shifted, correction->factor[g], sum);
+                add_weighted_loads(chunk.gap, chunk.cluster ? hs_proxy_unit : chunk.weight,
+                                   chunk.count, shifted, correction->factor[g], sum);
             }
         }
     }

@@ -191,8 +191,6 @@ HS_WIDE static void add_terms(double *restrict sum, const double *restrict term,
 
 double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy,
                      const hs_slip *slip) {
-    static const double unit[HS_PROXIES] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
-                                            1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
     double energy[HS_BLOCK], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
     /* knots have no energies of asperities */
@@ -215,8 +213,8 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy
         shifted.low -= chunk.origin;
         shifted.high -= chunk.origin;
         const int is_far = asperity_energy && chunk.cluster;
-        (slip->bow ? bowed_energies : slip_energies)(chunk.gap, is_far ? unit : chunk.weight,
-                                                     chunk.count, &shifted, energy);
+        (slip->bow ? bowed_energies : slip_energies)(
+            chunk.gap, is_far ? hs_proxy_unit : chunk.weight, chunk.count, &shifted, energy);
         if (is_far) {
             double *far = far_energy + (chunk.cluster - curve.clusters->memory) * HS_PROXIES;
             add_terms(far, energy, HS_PROXIES);
