@@ -490,6 +490,12 @@ static void record_columns(const hs_recorder *recorder, const hs_line *memory, i
                        rows->contact_radius + at + start);
         project_tangential(gap, weight, load, count, line->approach, zone, units, force,
                            rows->stick_radius + at + start, rows->slip_state + at + start);
+        /* radii in ξ differ by rounding from those in labels */
+        for (int i = 0; i < count && memory->scaled; ++i) {
+            double radius = rows->contact_radius[at + start + i],
+                   *stick = rows->stick_radius + at + start + i;
+            if (*stick > radius || zone[0][0] >= line->approach) *stick = radius;
+        }
     }
 }
 

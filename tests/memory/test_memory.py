@@ -170,7 +170,9 @@ def test_nothing_is_dissipated_while_everything_sticks(contact, increments, cont
     ratio = increments[0][1] * friction
     first = advance(ensemble, "loads", (increments[0][0], ratio * increments[0][0]))
     expected = ratio * contact.compliance_ratio * first.approach
-    assert first.tangential_displacement == approx(expected, rel=32 * EPS, abs=1e-300)
+    # a displacement is found within rounding of full slip
+    rounding = 32 * EPS * max(abs(expected), friction * contact.compliance_ratio * first.approach)
+    assert abs(first.tangential_displacement - expected) <= rounding
 
 
 ODD = {"tangential_load", "total_tangential_load", "tangential_displacement", "drive_displacement"}
