@@ -260,7 +260,8 @@ def view(numbers: Any, count: int) -> Array:
 
 def stack(memory: Any, group: int = 0) -> Array:
     """Return a copy of the vertices of a group, the deepest first, with the fields of ``hs_vertex``."""
-    line = with_groups(memory).line
+    memory = with_groups(memory)  # owns the vertices
+    line = memory.line
     return view(line.vertices + group * line.capacity, line.depth[group]).copy()
 
 

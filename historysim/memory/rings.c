@@ -121,7 +121,7 @@ static inline hs_vector row_product(const double *restrict row, const hs_vector 
                          hs_add_scaled(sum[2], 1.0, sum[3]));
 }
 
-HS_WIDE void hs_set_ring_tractions(hs_ring_problem *problem, double friction) {
+HS_WIDE static void set_tractions(hs_ring_problem *problem, double friction) {
     const double *depth = problem->depth, *moved_fraction = problem->moved_fraction;
     const hs_vector *rest = problem->trial_at_rest;
     hs_vector *slope = problem->slope;
@@ -140,6 +140,10 @@ HS_WIDE void hs_set_ring_tractions(hs_ring_problem *problem, double friction) {
                              (depth[j + 1] - depth[j]);
         problem->unit_traction[i] = unit_traction;
     }
+}
+
+void hs_set_ring_tractions(hs_ring_problem *problem, double friction) {
+    set_tractions(problem, friction);
 }
 
 /* Extend the matrices to a number of rings. */

@@ -224,7 +224,9 @@ def test_the_drive_arrives_behind_any_instrument(drawn, exponent):
     history = drawn.replay(saturate=True)
     numbers = history.drop_vars("slide_time").variables.values()
     assert all(np.isfinite(values.values.astype(float)).all() for values in numbers)
-    assert np.all(np.diff(history.total_dissipated_energy.values) >= 0)
+    # rounding of a displacement that rests under a load
+    lost = np.diff(history.total_dissipated_energy.values)
+    assert np.all(lost >= -(np.finfo(float).eps ** 2) * drawn.limit * drawn.slide)
     assert np.all(np.abs(history.total_tangential_load) <= history.friction_limit * (1 + 1e-12))
     # U is sought to a rounding, which moves the drive as many times as far as the contact is
     # stiffer

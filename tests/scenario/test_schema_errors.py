@@ -127,6 +127,7 @@ def test_a_missing_key_is_named_or_not_needed(folder, key):
 
 
 @every
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @given(key=st.sampled_from(KEYS), value=st.sampled_from(WRONG_VALUES))
 def test_a_value_of_a_wrong_type_unit_or_size_is_named_with_its_path(folder, key, value):
     document, place = key
