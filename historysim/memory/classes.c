@@ -782,15 +782,14 @@ typedef struct segment_run {
 } segment_run;
 
 static const hs_adaptive step_settings = {
-    .accepted_error = 1.0,
-    .initial_substeps = 1,
-    .max_substeps = INT_MAX,
-    .initial_length = 1.0, /* the segment */
-    .min_length = MIN_STEP,
-    .safety = 0.85,
-    .min_factor = 0.1, /* all chosen */
-    .max_factor = 5.0,
-    .total_substeps = INT_MAX, /* the shortest step bounds their number */
+    0.0,                    /* errors are over the tolerances of T and energy */
+    1.0,                    /* chosen */
+    1,       INT_MAX,  0.0, /* shortened at once */
+    1.0,     MIN_STEP,      /* of the segment */
+    0.85,                   /* chosen */
+    0.1,     5.0,           /* chosen */
+    INT_MAX,                /* the shortest step bounds their number */
+    1.0,     1.0,           /* never coarsened */
 };
 
 /* Status of a segment abandoned at `stop_fraction`, distinct from HS_TOO_MANY_SUBSTEPS; it is not

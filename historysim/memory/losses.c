@@ -158,27 +158,21 @@ static double knot_slip_energy(hs_curve curve, const hs_slip *slip) {
                  drag_slope = (slip->drag_high - slip->drag_low) * rate;
     int64_t i = hs_count_touching(curve.gap, curve.count, slip->low);
     double total = 0.0, stiffness_below = i > 0 ? curve.weight[i - 1] : 0.0;
-    const hs_bow *bow = slip->bow;
-    const int is_met = !bow || !is_met_by(bow, slip) ? 0 : bow->rise > 0.0 ? 1 : -1;
     if (i > 0) --i;
     for (; i < curve.count && curve.gap[i] < slip->high; ++i) {
         double s = curve.gap[i] - slip->low;
         if (s >= 0.0 && curve.weight[i] > stiffness_below &&
-            (i == 0 || curve.gap[i] == curve.gap[i - 1])) {
-            double jump = curve.weight[i] - stiffness_below,
-                   slipped = slip->slip_low + slip_slope * s;
-            total += jump * slipped * (slip->drag_low + drag_slope * s);
-            if (bow) total += jump * bow_density(bow, curve.gap[i], slipped, is_met);
-        }
+            (i == 0 || curve.gap[i] == curve.gap[i - 1]))
+            total += (curve.weight[i] - stiffness_below) * (slip->slip_low + slip_slope * s) *
+                     (slip->drag_low + drag_slope * s);
         stiffness_below = curve.weight[i];
         if (i + 1 == curve.count || curve.gap[i + 1] <= hs_max(curve.gap[i], slip->low)) continue;
         double start = hs_max(curve.gap[i], slip->low), sum = 0.0;
         double width = hs_min(curve.gap[i + 1], slip->high) - start;
         for (int k = 0; k < 3; ++k) {
-            double offset = start - slip->low + 0.5 * k * width, part = k == 1 ? 4.0 : 1.0;
-            double slipped = slip->slip_low + slip_slope * offset;
-            sum += part * slipped * (slip->drag_low + drag_slope * offset);
-            if (bow) sum += part * bow_density(bow, slip->low + offset, slipped, is_met);
+            double offset = start - slip->low + 0.5 * k * width;
+            sum += (k == 1 ? 4.0 : 1.0) * (slip->slip_low + slip_slope * offset) *
+                   (slip->drag_low + drag_slope * offset);
         }
         total += hs_bend_at(curve, i) * width * sum / 6.0;
     }
@@ -193,7 +187,7 @@ double hs_add_energy(hs_curve curve, double *asperity_energy, double *far_energy
                      const hs_slip *slip) {
     double energy[HS_BLOCK], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
-    /* knots have no energies of asperities */
+    /* knots have no energies of asperities, and one coefficient, so that no path is bowed */
     if (curve.load) return knot_slip_energy(curve, slip);
     if (curve.count == 1) {
         if (curve.gap[0] >= slip->high) return 0.0;

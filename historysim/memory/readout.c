@@ -454,6 +454,15 @@ static void record_energies(const hs_recorder *recorder, const hs_line *line, in
     }
 }
 
+/* Bound values by at least `least`, and by at most an array. */
+HS_WIDE static void bound(double *restrict value, const double *restrict most, double least,
+                          int count) {
+    for (int i = 0; i < count; ++i) {
+        double bounded = value[i] > least ? value[i] : least;
+        value[i] = bounded < most[i] ? bounded : most[i];
+    }
+}
+
 /* Fill loads, radii and slip states of the columns, in blocks that fit the cache; `inner` holds the
  * contributions of inner vertices to tangential loads, by column or by position. */
 static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at,
@@ -491,11 +500,9 @@ static void record_columns(const hs_recorder *recorder, const hs_line *memory, i
         project_tangential(gap, weight, load, count, line->approach, zone, units, force,
                            rows->stick_radius + at + start, rows->slip_state + at + start);
         /* radii in ξ differ by rounding from those in labels */
-        for (int i = 0; i < count && memory->scaled; ++i) {
-            double radius = rows->contact_radius[at + start + i],
-                   *stick = rows->stick_radius + at + start + i;
-            if (*stick > radius || zone[0][0] >= line->approach) *stick = radius;
-        }
+        if (memory->scaled)
+            bound(rows->stick_radius + at + start, rows->contact_radius + at + start,
+                  zone[0][0] >= line->approach ? HUGE_VAL : 0.0, count);
     }
 }
 
