@@ -31,7 +31,7 @@ typedef struct hs_bow {
     double length;     /* of the chord in g = side·V - μ d; 0 if the ramp does not increase in it */
     double from, rise; /* approach at the start of the chord, and its change */
     double g_rate, d_rate; /* of changes of g and d, over those of the chord: x + rate·w */
-    double off;            /* approach of the ramp beyond that of the chord at the same g, over w */
+    double off;            /* difference of approach, ramp less chord, at equal g, over w */
     double c[HS_RAMP_TERMS];
 } hs_bow;
 

@@ -17,7 +17,7 @@
 #define SMALL_APPROACH_CHANGE 0.1
 /* Substeps of each segment between cuts, at most, which bounds the time of a path; chosen. */
 #define MAX_SUBSTEPS (1 << 12)
-/* Tolerance of a halved step over that of the path; chosen. */
+/* Tolerance of a halved step, relative to the path's; chosen. */
 #define HALVES_TOLERANCE 0.25
 
 static const hs_adaptive substep_settings = {
@@ -49,7 +49,7 @@ static const hs_adaptive substep_settings = {
  * estimates are poor; chosen. */
 #define MIN_ESTIMATED_LENGTH 1e-5
 #define MIN_TIMED_LENGTH 1e-7
-/* Tolerances over the caller's (that of ramps of both loads): of loads and displacements; and of
+/* Tolerances over the tolerance of ramps of both loads: of loads and displacements; and of
  * energies, slid distances, worn volumes and shapes, relative to themselves. Chosen. */
 #define STATE_TOLERANCE_FACTOR 100.0
 #define ENERGY_TOLERANCE_FACTOR 1000.0
