@@ -302,12 +302,12 @@ static void add_stage_loss(hs_ring_class *ring_class, double weight) {
 
 /* Prepare nodes and problems of all classes for a step; returns a status. Cells are merged at the
  * start of a step and not at its end, where tractions are those of the solution. */
-static int prepare_step(hs_body *body, const hs_plane_target *target) {
+static int prepare_step(hs_body *body, const hs_plane_path *path, const hs_plane_target *target) {
     const hs_tangential_target *tangential = &target->tangential;
     hs_vector increment =
         tangential_residual(tangential, body->displacement, body->tangential_load);
     double stuck_stiffness = hs_load_at(hs_all_of(body->contact), body->approach).slope,
-           limit = hs_body_limit(body, body->approach, body->fraction);
+           limit = hs_body_limit(body, path);
     /* increment if all springs stuck */
     double factor_x = tangential->rigid.x + tangential->compliance.x * stuck_stiffness,
            factor_y = tangential->rigid.y + tangential->compliance.y * stuck_stiffness;
@@ -552,9 +552,9 @@ static void add_unevenness(hs_body *body, const hs_ring_class *ring_class) {
 static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_target *target) {
     const double from = body->approach;
     hs_plane_target stage_target =
-        hs_target_at(body, path, hs_toward(body->fraction, target->fraction, SDIRK2_GAMMA));
+        hs_target_at(path, hs_toward(body->fraction, target->fraction, SDIRK2_GAMMA));
     hs_vector increment[2] = {zero_vector, zero_vector}, load = zero_vector;
-    if (prepare_step(body, target) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (prepare_step(body, path, target) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int stage = 1; stage <= 2; ++stage) {
         const hs_plane_target *current = stage == 1 ? &stage_target : target;
         double edge = current->approach;
@@ -635,9 +635,9 @@ static int step_with_workspace(hs_body *body, hs_body *owner, const hs_plane_pat
  * `uneven_load` / `slid_load`; the error of second order is of relative size ε². The error of the
  * energy is the work of that of the load; it is compared with the energy of the step, and with its
  * share in `segment_loss`, for steps after a turn dissipate next to nothing. */
-static double step_error(const hs_body *body, const hs_body *result, double segment_loss) {
-    double limit = hs_max(hs_body_limit(body, body->approach, body->fraction),
-                          hs_body_limit(result, result->approach, result->fraction));
+static double step_error(const hs_body *body, const hs_body *result, const hs_plane_path *path,
+                         double segment_loss) {
+    double limit = hs_max(hs_body_limit(body, path), hs_body_limit(result, path));
     double displacement_change =
         hs_norm(hs_add_scaled(result->displacement, -1.0, body->displacement));
     /* slip of springs by a fall of their limits, without displacement */
@@ -706,14 +706,14 @@ static int commit(hs_body *body, const hs_body *result) {
  * The polyline grows by one interval of slope m = ΔV/Δd, so that Q grows on each ring by m (√(d₁ -
  * a) - √(d₀ - a)), and the limit by μ times the same: no spring slips if |ΔV| ≤ μ Δd, and the loads
  * then grow in proportion, ΔT = m ΔN. */
-static int is_stick_step(const hs_body *body, const hs_plane_target *target, hs_vector *increment) {
+static int is_stick_step(const hs_body *body, const hs_plane_path *path,
+                         const hs_plane_target *target, hs_vector *increment) {
     const hs_tangential_target *tangential = &target->tangential;
     double approach_change = target->approach - body->approach, min_friction = HUGE_VAL;
     if (approach_change <= 0.0 || body->approach <= body->contact->sorted_gap[0]) return 0;
-    int by_load =
-        target->is_load_controlled && tangential->rigid.x == 0.0 && tangential->rigid.y == 0.0;
-    if (!by_load &&
-        (target->is_load_controlled || !prescribes_x(tangential) || !prescribes_y(tangential)))
+    int both_loads = path->plan.both_loads,
+        by_load = both_loads && tangential->rigid.x == 0.0 && tangential->rigid.y == 0.0;
+    if (!by_load && (both_loads || !prescribes_x(tangential) || !prescribes_y(tangential)))
         return 0;
     hs_vector residual = tangential_residual(tangential, body->displacement, body->tangential_load);
     *increment =
@@ -802,8 +802,9 @@ static int try_step(hs_integrand *integrand, const hs_interval *step, int subste
     hs_body *body = run->body;
     (void)substeps;
     *error = 0.0;
-    run->target = hs_target_at(body, run->path, hs_toward(run->begin, run->end, step->end));
-    run->is_sticking = run->is_straight && is_stick_step(body, &run->target, &run->increment);
+    run->target = hs_target_at(run->path, hs_toward(run->begin, run->end, step->end));
+    run->is_sticking =
+        run->is_straight && is_stick_step(body, run->path, &run->target, &run->increment);
     if (run->is_sticking) return HS_OK;
     int status = HS_OK;
     if (run->trial)
@@ -815,7 +816,7 @@ static int try_step(hs_integrand *integrand, const hs_interval *step, int subste
     if (status != HS_OK) return status;
     if (step->begin == 0.0 && step->end == 1.0)
         run->loss = run->trial->dissipated - body->dissipated;
-    *error = step_error(body, run->trial, run->loss * (step->end - step->begin));
+    *error = step_error(body, run->trial, run->path, run->loss * (step->end - step->begin));
     return HS_OK;
 }
 
@@ -824,10 +825,10 @@ static int try_step(hs_integrand *integrand, const hs_interval *step, int subste
  * that are read. Returns a status. */
 static int advance_within(const segment_run *run, double fraction, hs_body *body) {
     if (fraction == body->fraction) return HS_OK;
-    hs_plane_target target = hs_target_at(body, run->path, fraction);
+    hs_plane_target target = hs_target_at(run->path, fraction);
     if (run->is_sticking) {
         hs_vector increment;
-        is_stick_step(run->body, &target, &increment);
+        is_stick_step(run->body, run->path, &target, &increment);
         return append_stick_step(body, &target, increment);
     }
     hs_body *trial = hs_copy_for_trial(run->body);
@@ -881,39 +882,34 @@ static int integrate_segment(hs_body *body, const hs_plane_path *path, double se
     return status;
 }
 
-/* Bring loads to the request at fraction 0 of a path, from which they differ if a request beyond
- * the limit was projected and the limit has risen since. Returns a status. */
+/* Bring loads to the request at fraction 0 of a path, from which they differ if the displacement
+ * was held beyond the limit. Returns a status. */
 static int correct_initial_load(hs_body *body, const hs_plane_path *path) {
     hs_plane_path correction = *path;
-    const hs_vector load = body->tangential_load, rigid = path->rigid;
-    hs_plane_target initial_target = hs_target_at(body, path, 0.0);
+    hs_vector load = body->tangential_load, request = path->value[0];
+    hs_plane_target initial_target = hs_target_at(path, 0.0);
     hs_vector load_error = hs_add_scaled(initial_target.tangential.value, -1.0, load);
-    if (rigid.x > 0.0) load_error.x = 0.0;
-    if (rigid.y > 0.0) load_error.y = 0.0;
-    if (hs_norm(load_error) <= body->tolerance * hs_body_limit(body, body->approach, 0.0))
-        return HS_OK;
-    correction.value[0] = HS_MADE(hs_vector){rigid.x > 0.0 ? path->value[0].x : load.x,
-                                             rigid.y > 0.0 ? path->value[0].y : load.y};
-    correction.value[1] = path->value[0];
-    correction.approach[1] = path->approach[0];
-    correction.normal_load[1] = path->normal_load[0];
-    correction.time[1] = path->time[0];
-    const double *friction = body->friction, *initial_friction = body->initial_friction;
-    if (initial_friction) body->friction = initial_friction;
-    body->initial_friction = NULL;
+    if (path->rigid.x > 0.0) {
+        load_error.x = 0.0;
+        load.x = request.x;
+    }
+    if (path->rigid.y > 0.0) {
+        load_error.y = 0.0;
+        load.y = request.y;
+    }
+    if (hs_norm(load_error) <= body->tolerance * hs_body_limit(body, path)) return HS_OK;
+    hs_set_request(&correction, 0, load);
+    hs_set_request(&correction, 1, request);
+    correction.plan.approach[1] = path->plan.approach[0];
+    correction.plan.normal_load[1] = path->plan.normal_load[0];
+    correction.plan.times[1] = path->plan.times[0];
     int status = integrate_segment(body, &correction, 1.0, 0, NULL);
-    body->friction = friction;
-    body->initial_friction = initial_friction;
     body->fraction = 0.0;
     return status;
 }
 
 int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops) {
-    double touch = body->contact->sorted_gap[0];
-    /* loads are 0 in a gap, where the displacement is constant: the path starts at the first touch
-     */
-    if (path->is_load_controlled && path->approach[0] < touch && path->approach[1] > touch)
-        body->approach = path->approach[0] = touch;
+    body->approach = path->plan.approach[0];
     body->fraction = 0.0;
     body->displacement_rate = zero_vector;
     hs_begin_segments(body, path);

@@ -1,14 +1,15 @@
-/* Path: where the channels lead on a path in one direction, its segments at the friction limit
- * Σ μ P(a), and its integration where nothing evolves (README.md, a path; theory 2).
+/* Path: where the channels lead on a path, its segments at the friction limit Σ μ P(a), and its
+ * integration in one direction where nothing evolves (README.md, a path; theory 2).
  *
  * A request beyond the limit is clipped to the limit, and the contact slides: at each path fraction
  * T = min(|request|, limit), with the displacement nearest to the present one. While all springs
  * slide, the displacement is constant for a falling normal load; for a rising one it increases just
  * enough for new springs to slide. The result does not depend on the number of rows.
  *
- * Requests are linear in the path fraction s, as is the normal load if both loads are prescribed,
- * else the approach. The limit of several groups is linear in neither, so a request may cross it
- * several times: crossings are found by interval bisection with bounds of the slope. */
+ * Requests are linear in the path fraction s, as is the normal load if all loads are prescribed,
+ * else the approach. The limit of several groups is linear in neither, and the magnitude of a
+ * request in a plane is convex, so a request may cross the limit several times: crossings are found
+ * by interval bisection with bounds of the slope. */
 
 #include "path.h"
 #include "bracket.h"
@@ -41,13 +42,41 @@ static double approach_on(const hs_line *memory, const hs_plan *plan, double fra
 
 static request_point evaluate_at(const hs_line *memory, const hs_plan *plan, double fraction) {
     double d = approach_on(memory, plan, fraction);
-    return HS_MADE(request_point){fraction, d, hs_limit_and_slopes(memory, d)};
+    request_point point = {fraction, d, hs_limit_and_slopes(memory, d)};
+    point.at.limit += (1.0 - fraction) * plan->limit_drop;
+    return point;
 }
 
-/* Excess of a request over the limit on one side, positive within rounding of the limit. */
+double hs_limit_on(const hs_line *memory, const hs_plan *plan, double fraction, double d,
+                   double load) {
+    return hs_friction_limit(memory, d, load) + (1.0 - fraction) * plan->limit_drop;
+}
+
+hs_vector hs_request_at(const hs_plan *plan, double fraction) {
+    return HS_MADE(hs_vector){hs_toward(plan->request[0], plan->request[1], fraction),
+                              hs_toward(plan->request_y[0], plan->request_y[1], fraction)};
+}
+
+/* Requested load; its magnitude in a plane, where it has one side. */
+static double requested_load(const hs_plan *plan, double fraction) {
+    return plan->is_planar ? hs_norm(hs_request_at(plan, fraction))
+                           : hs_toward(plan->request[0], plan->request[1], fraction);
+}
+
+/* Derivative of the requested load with respect to the path fraction, which in a plane does not
+ * decrease; `unknown` times its largest magnitude where it jumps. */
+static double request_rate(const hs_plan *plan, double fraction, double unknown) {
+    hs_vector change = {plan->request[1] - plan->request[0],
+                        plan->request_y[1] - plan->request_y[0]};
+    if (!plan->is_planar) return change.x;
+    hs_vector load = hs_request_at(plan, fraction);
+    double norm = hs_norm(load);
+    return norm > 0.0 ? hs_dot(load, change) / norm : unknown * hs_norm(change);
+}
+
+/* Excess of a request over the limit with its margin on one side. */
 static double excess(const hs_plan *plan, const request_point *point, double side) {
-    return side * hs_toward(plan->request[0], plan->request[1], point->fraction) -
-           (1.0 - HS_TIE) * point->at.limit;
+    return side * requested_load(plan, point->fraction) - (1.0 - plan->margin) * point->at.limit;
 }
 
 /* Bounds of the derivative of the limit with respect to the path fraction between two points; its
@@ -68,8 +97,8 @@ static void bound_limit_slopes(const hs_line *memory, const hs_plan *plan, const
                                          : friction.max;
         rate = plan->normal_load[1] - plan->normal_load[0];
     }
-    *min_rate = hs_min(rate * min_slope, rate * max_slope);
-    *max_rate = hs_max(rate * min_slope, rate * max_slope);
+    *min_rate = hs_min(rate * min_slope, rate * max_slope) - plan->limit_drop;
+    *max_rate = hs_max(rate * min_slope, rate * max_slope) - plan->limit_drop;
 }
 
 /* Path fraction of the single root of `excess` between two points, by regula falsi (Illinois). */
@@ -97,14 +126,18 @@ static double next_crossing(const hs_line *memory, const hs_plan *plan, double s
     request_point pending[MAX_HALVINGS], low = *start;
     int count = 1, evaluations = 0;
     pending[0] = *stop;
-    double rate = side * (plan->request[1] - plan->request[0]), sign = beyond ? 1.0 : -1.0;
+    double sign = beyond ? 1.0 : -1.0;
     while (count > 0) {
         request_point high = pending[count - 1];
         double at_low = sign * excess(plan, &low, side), at_high = sign * excess(plan, &high, side);
         double min_rate, max_rate;
         bound_limit_slopes(memory, plan, &low, &high, &min_rate, &max_rate);
-        double max_excess_rate = beyond ? rate - min_rate : max_rate - rate;
-        double min_excess_rate = beyond ? rate - max_rate : min_rate - rate;
+        double from_rate = side * request_rate(plan, low.fraction, -1.0),
+               to_rate = side * request_rate(plan, high.fraction, 1.0);
+        double min_request_rate = hs_min(from_rate, to_rate),
+               max_request_rate = hs_max(from_rate, to_rate);
+        double max_excess_rate = beyond ? max_request_rate - min_rate : max_rate - min_request_rate;
+        double min_excess_rate = beyond ? min_request_rate - max_rate : min_rate - max_request_rate;
         double width = high.fraction - low.fraction;
         int monotone = min_excess_rate >= 0.0 || max_excess_rate <= 0.0;
         if (monotone && at_high > 0.0)
@@ -127,14 +160,18 @@ static double next_crossing(const hs_line *memory, const hs_plan *plan, double s
 
 /* True if a request reaches a limit on the path, so that it has to be cut. */
 static int reaches_limit(const hs_line *memory, const hs_plan *plan) {
-    const double held = 1.0 - HS_TIE, *force = plan->request;
-    if (fabs(force[1]) > held * hs_friction_limit(memory, plan->approach[1], plan->normal_load[1]))
-        return 1;
+    const double held = 1.0 - plan->margin, start_load = fabs(requested_load(plan, 0.0)),
+                 end_load = fabs(requested_load(plan, 1.0));
+    double end = held * hs_limit_on(memory, plan, 1.0, plan->approach[1], plan->normal_load[1]);
+    if (end_load > end) return 1;
     /* a path that is straight in (d, V) prescribes the load at its end only */
-    double start = held * hs_friction_limit(memory, plan->approach[0], plan->normal_load[0]);
-    if (!plan->both_loads) return fabs(force[0]) > (1.0 + HS_LIMIT_SLACK) * start;
-    if (fabs(force[0]) > start) return 1;
-    if (memory->contact->groups == 1 || plan->approach[0] == plan->approach[1]) return 0;
+    double start = held * hs_limit_on(memory, plan, 0.0, plan->approach[0], plan->normal_load[0]);
+    if (!plan->both_loads && !plan->is_planar) return start_load > (1.0 + HS_LIMIT_SLACK) * start;
+    if (start_load > start) return 1;
+    /* magnitudes of requests are convex, a limit is monotone, and that of one group linear in N */
+    if (hs_max(start_load, end_load) <= hs_min(start, end) ||
+        (plan->both_loads && memory->contact->groups == 1))
+        return 0;
     request_point low = evaluate_at(memory, plan, 0.0), high = evaluate_at(memory, plan, 1.0);
     return next_crossing(memory, plan, 1.0, &low, &high, 1) < 1.0 ||
            next_crossing(memory, plan, -1.0, &low, &high, 1) < 1.0;
@@ -170,12 +207,12 @@ static void cut_request(const hs_line *memory, hs_plan *plan) {
 static int is_overload(const hs_line *memory, const hs_plan *plan, double *requested,
                        double *limit) {
     double start = 0.0;
-    *requested = plan->request[1];
+    *requested = requested_load(plan, 1.0);
     *limit = hs_friction_limit(memory, plan->approach[1], plan->normal_load[1]);
     for (int k = 0; k < plan->segments.count; ++k) {
         if (plan->segments.side[k] != 0 && fabs(*requested) <= *limit * (1.0 + HS_LIMIT_SLACK)) {
             double fraction = 0.5 * (start + plan->segments.end[k]);
-            *requested = hs_toward(plan->request[0], plan->request[1], fraction);
+            *requested = requested_load(plan, fraction);
             *limit = hs_limit_and_slopes(memory, approach_on(memory, plan, fraction)).limit;
         }
         start = plan->segments.end[k];
@@ -183,7 +220,7 @@ static int is_overload(const hs_line *memory, const hs_plan *plan, double *reque
     return fabs(*requested) > *limit * (1.0 + HS_LIMIT_SLACK);
 }
 
-static int cut_at_limit(const hs_line *memory, hs_plan *plan, int saturate, hs_refusal *refusal) {
+int hs_cut_at_limit(const hs_line *memory, hs_plan *plan, int saturate, hs_refusal *refusal) {
     double requested, limit;
     plan->segments.count = 0;
     if (!reaches_limit(memory, plan)) return HS_OK;
@@ -194,9 +231,8 @@ static int cut_at_limit(const hs_line *memory, hs_plan *plan, int saturate, hs_r
     return HS_BEYOND_LIMIT;
 }
 
-/* Approach and normal load at a path fraction. */
-static void channels_at(const hs_line *memory, const hs_plan *plan, double fraction, double *d,
-                        double *load) {
+void hs_channels_at(const hs_line *memory, const hs_plan *plan, double fraction, double *d,
+                    double *load) {
     if (fraction == 1.0) {
         *d = plan->approach[1];
         *load = plan->normal_load[1];
@@ -282,7 +318,7 @@ static int follow_limit(hs_line *memory, const hs_plan *plan, double from, doubl
         int status;
         if (segment_fraction <= from && k < plan->segments.count - 1) continue;
         *side = plan->segments.side[k];
-        channels_at(memory, plan, stop, &d, &load);
+        hs_channels_at(memory, plan, stop, &d, &load);
         double time = hs_toward(plan->times[0], plan->times[1], stop);
         if (*side != 0) {
             status = slide_along_limit(memory, plan, d, load, *side, time);
@@ -291,7 +327,7 @@ static int follow_limit(hs_line *memory, const hs_plan *plan, double from, doubl
                 hs_ramp(memory, load, limited_request(memory, plan, k, stop, d, load), time, drive);
         } else {
             double d1, load1;
-            channels_at(memory, plan, segment_fraction, &d1, &load1);
+            hs_channels_at(memory, plan, segment_fraction, &d1, &load1);
             hs_target target =
                 hs_to_load(limited_request(memory, plan, k, segment_fraction, d1, load1));
             status = HS_OK;
@@ -323,20 +359,14 @@ hs_path hs_scale_path(const hs_units *units, const hs_path *path) {
     int by_load = path->normal_control == HS_LOAD;
     scaled.normal_target = scale_target(path->normal_target, by_load ? units->load : units->length,
                                         by_load ? HS_MIN_LOAD : HS_MIN_APPROACH);
-    scaled.tangential_target[0] /=
-        path->tangential_control[0] == HS_LOAD ? units->load : units->displacement;
+    for (int k = 0; k < 2; ++k)
+        scaled.tangential_target[k] /=
+            path->tangential_control[k] == HS_LOAD ? units->load : units->displacement;
     return scaled;
 }
 
-void hs_set_targets(const hs_line *memory, const hs_path *path, double compliance, int saturate,
-                    hs_plan *plan) {
-    const double touch = memory->contact->sorted_gap[0];
-    double *approach = plan->approach, *load = plan->normal_load, *request = plan->request;
-    plan->normal_by_load = path->normal_control == HS_LOAD;
-    plan->tangential_by_load = path->tangential_control[0] == HS_LOAD;
-    plan->both_loads = plan->normal_by_load && plan->tangential_by_load;
-    plan->segments.count = plan->is_straight = plan->ends_at_limit = 0;
-    plan->start_contact = NULL;
+void hs_set_normal_targets(const hs_line *memory, const hs_path *path, hs_plan *plan) {
+    double *approach = plan->approach, *load = plan->normal_load;
     plan->times[0] = path->begin;
     plan->times[1] = path->end;
     approach[0] = memory->approach;
@@ -345,13 +375,27 @@ void hs_set_targets(const hs_line *memory, const hs_path *path, double complianc
         load[1] = hs_toward(load[0], path->normal_target, path->normal_fraction);
         approach[1] = hs_approach_at_load(memory, load[1]);
         /* a gap is closed without load, before the loads change */
-        if (plan->both_loads && load[1] > 0.0) approach[0] = hs_max(approach[0], touch);
+        if (plan->both_loads && load[1] > 0.0)
+            approach[0] = hs_max(approach[0], memory->contact->sorted_gap[0]);
     } else {
         approach[1] = hs_toward(approach[0], path->normal_target, path->normal_fraction);
         load[1] = approach[1] == approach[0]
                       ? load[0]
                       : hs_load_at(hs_all_of(memory->contact), approach[1]).load;
     }
+}
+
+void hs_set_targets(const hs_line *memory, const hs_path *path, double compliance, int saturate,
+                    hs_plan *plan) {
+    double *request = plan->request;
+    plan->normal_by_load = path->normal_control == HS_LOAD;
+    plan->tangential_by_load = path->tangential_control[0] == HS_LOAD;
+    plan->both_loads = plan->normal_by_load && plan->tangential_by_load;
+    plan->segments.count = plan->is_straight = plan->ends_at_limit = plan->is_planar = 0;
+    plan->start_contact = NULL;
+    plan->request_y[0] = plan->request_y[1] = plan->limit_drop = 0.0;
+    plan->margin = HS_TIE;
+    hs_set_normal_targets(memory, path, plan);
     request[0] = plan->tangential_by_load
                      ? memory->tangential_load + (saturate ? memory->excess : 0.0)
                      : memory->displacement + compliance * memory->tangential_load;
@@ -360,14 +404,14 @@ void hs_set_targets(const hs_line *memory, const hs_path *path, double complianc
     if (plan->tangential_by_load) plan->target = hs_to_load(request[1]);
     plan->displacement[0] = memory->displacement;
     plan->displacement[1] = request[1];
-    plan->ends_separated =
-        plan->tangential_by_load && !plan->both_loads && request[1] == 0.0 && approach[1] <= touch;
+    plan->ends_separated = plan->tangential_by_load && !plan->both_loads && request[1] == 0.0 &&
+                           plan->approach[1] <= memory->contact->sorted_gap[0];
 }
 
 int hs_plan_path(const hs_line *memory, const hs_path *path, double compliance, int saturate,
                  int direct, hs_plan *plan, hs_refusal *refusal) {
     hs_set_targets(memory, path, compliance, saturate, plan);
-    if (plan->tangential_by_load && cut_at_limit(memory, plan, saturate, refusal) != HS_OK)
+    if (plan->tangential_by_load && hs_cut_at_limit(memory, plan, saturate, refusal) != HS_OK)
         return HS_BEYOND_LIMIT;
     if (!(plan->target.compliance > 0.0) || plan->both_loads || plan->segments.count || direct)
         return HS_OK;
@@ -388,7 +432,7 @@ int hs_follow_plan(hs_line *memory, const hs_plan *plan, double from, double to,
     } else {
         hs_target target =
             hs_to_displacement(hs_toward(plan->displacement[0], plan->displacement[1], to));
-        channels_at(memory, plan, to, &d, &load);
+        hs_channels_at(memory, plan, to, &d, &load);
         /* a tangential load that ends on a separated contact is no target after the first row: the
          * path stays straight in V */
         if (to == 1.0 && !(plan->ends_separated && from > 0.0)) target = plan->target;

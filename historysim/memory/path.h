@@ -1,5 +1,5 @@
-/* Path: the definition of a path in one direction (README.md, a path): targets, segments at the
- * friction limit, and its integration where nothing evolves. */
+/* Path: the definition of a path (README.md, a path): targets and segments at the friction limit in
+ * one direction and in a plane, and its integration in one direction where nothing evolves. */
 #ifndef HISTORYSIM_PATH_H
 #define HISTORYSIM_PATH_H
 
@@ -13,13 +13,17 @@ typedef struct hs_segments {
     double end[HS_MAX_SEGMENTS];
     int side[HS_MAX_SEGMENTS];
 } hs_segments;
-/* Plan of one path, dimensionless: both channels at its beginning and its end. The normal load is
- * linear in the path fraction if both channels are loads, else the approach. */
+/* Plan of one path, dimensionless: its channels at its beginning and its end. The normal load is
+ * linear in the path fraction if all channels are loads, else the approach. */
 typedef struct hs_plan {
+    int is_planar; /* true if loads have two components and follow the request at every fraction */
     int both_loads, normal_by_load, tangential_by_load; /* channels that are controlled by load */
     int ends_separated; /* true if a tangential load ends on a separated contact */
     double approach[2], normal_load[2];
-    double request[2];      /* tangential load, which may exceed the friction limit, or drive */
+    double request[2];   /* tangential load, which may exceed the friction limit, or drive */
+    double request_y[2]; /* of a path in a plane, whose requests here are loads */
+    double margin;       /* fraction of the friction limit by which loads beyond it are below it */
+    double limit_drop;   /* fall of the friction limit by falls of friction on the path */
     double displacement[2]; /* linear in between if it is prescribed */
     double times[2];        /* [s] */
     hs_target target;
@@ -30,11 +34,34 @@ typedef struct hs_plan {
     double segment[2], segment_displacement[2];
     hs_contact *start_contact; /* from which a normal load on the path follows, or NULL */
 } hs_plan;
+/* a + factor b. */
+static inline hs_vector hs_add_scaled(hs_vector a, double factor, hs_vector b) {
+    return HS_MADE(hs_vector){a.x + factor * b.x, a.y + factor * b.y};
+}
+/* Linear interpolation; exactly `to` at fraction 1. */
+static inline hs_vector hs_vector_lerp(hs_vector from, hs_vector to, double fraction) {
+    return fraction == 1.0 ? to : hs_add_scaled(from, fraction, hs_add_scaled(to, -1.0, from));
+}
+static inline double hs_dot(hs_vector a, hs_vector b) { return a.x * b.x + a.y * b.y; }
+static inline double hs_norm(hs_vector a) { return sqrt(hs_dot(a, a)); }
 /* Make the targets of a path dimensionless. */
 hs_path hs_scale_path(const hs_units *units, const hs_path *path);
 /* Set the targets of a path of dimensionless targets from the present state; no segments. */
 void hs_set_targets(const hs_line *memory, const hs_path *path, double compliance, int saturate,
                     hs_plan *plan);
+/* Set the targets of the normal channel of a plan whose types of control are set, and its times. */
+void hs_set_normal_targets(const hs_line *memory, const hs_path *path, hs_plan *plan);
+/* Approach and normal load at a path fraction. */
+void hs_channels_at(const hs_line *memory, const hs_plan *plan, double fraction, double *d,
+                    double *load);
+/* Friction limit at a path fraction, an approach and its normal load. */
+double hs_limit_on(const hs_line *memory, const hs_plan *plan, double fraction, double d,
+                   double load);
+/* Requested tangential load at a path fraction. */
+hs_vector hs_request_at(const hs_plan *plan, double fraction);
+/* Cut a plan at crossings of the friction limit. Returns HS_BEYOND_LIMIT, with `refusal` filled, if
+ * the request exceeds the limit and does not `saturate`. */
+int hs_cut_at_limit(const hs_line *memory, hs_plan *plan, int saturate, hs_refusal *refusal);
 /* Plan a path on which nothing evolves; `direct` if no row is recorded within it. Returns
  * HS_BEYOND_LIMIT, with `refusal` filled, if it exceeds the limit and does not `saturate`. */
 int hs_plan_path(const hs_line *memory, const hs_path *path, double compliance, int saturate,

@@ -82,61 +82,44 @@ void hs_state_free(hs_state *state) {
     free(state);
 }
 
-/* A path in dimensionless numbers, with requests at fractions 0 and 1. */
-typedef struct scaled_path {
-    const hs_path *path;
-    hs_vector rigid; /* of each tangential component: 0 for a controlled load, 1 for a controlled
-                        displacement */
-    int is_load_controlled;  /* true if all channels are loads, which are then linear in the
-                                fraction; otherwise the approach is */
-    hs_vector compliance;    /* of an instrument */
-    double normal[2];        /* normal load or approach */
-    hs_vector tangential[2]; /* loads, or displacements of the drive */
-} scaled_path;
+static int is_mixed(const hs_plane_path *path) { return path->rigid.x != path->rigid.y; }
 
-static int is_mixed(const scaled_path *scaled) { return scaled->rigid.x != scaled->rigid.y; }
-
-/* Displacement of the drive of an instrument from displacement and load of the contact. */
-static hs_vector drive_displacement(hs_vector displacement, hs_vector compliance, hs_vector load) {
-    return HS_MADE(hs_vector){displacement.x + compliance.x * load.x,
-                              displacement.y + compliance.y * load.y};
-}
-
-/* Dimensionless path from the present state; with `saturate` it starts at the load requested last.
- */
-static scaled_path scale_path(const hs_state *state, const hs_path *path, hs_vector compliance,
-                              int saturate) {
-    const hs_line *line = &state->line;
-    const hs_units *units = &line->contact->units;
+/* Plan of a path of dimensionless targets from the present state, with tangential targets only;
+ * with `saturate` it starts at the load requested last. */
+static hs_plane_path start_path(const hs_state *state, const hs_path *path, hs_vector compliance,
+                                int saturate) {
+    const hs_plane *plane = state->plane;
     int by_x = path->tangential_control[0] == HS_LOAD,
         by_y = path->tangential_control[1] == HS_LOAD;
-    int by_normal = path->normal_control == HS_LOAD;
-    hs_vector load =
-        hs_add_scaled(state->plane->tangential_load, saturate ? 1.0 : 0.0, state->plane->excess);
-    hs_vector drive =
-        drive_displacement(state->plane->displacement, compliance, state->plane->tangential_load);
-    hs_vector present = {by_x ? load.x : drive.x, by_y ? load.y : drive.y}, target = present;
-    double normal_start = by_normal ? line->normal_load : line->approach;
-    double normal = path->normal_target / (by_normal ? units->load : units->length);
-    double x = path->tangential_target[0] / (by_x ? units->load : units->displacement);
-    double y = path->tangential_target[1] / (by_y ? units->load : units->displacement);
-    if (path->tangential_fraction[0] > 0.0)
-        target.x = hs_toward(present.x, x, path->tangential_fraction[0]);
-    if (path->tangential_fraction[1] > 0.0)
-        target.y = hs_toward(present.y, y, path->tangential_fraction[1]);
-    scaled_path result = {
-        path,       {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, by_x && by_y && by_normal,
-        compliance, {normal_start, normal_start},         {present, target}};
-    if (path->normal_fraction > 0.0)
-        result.normal[1] = hs_toward(normal_start, normal, path->normal_fraction);
+    const hs_vector *load = &plane->tangential_load;
+    hs_plane_path result;
+    memset(&result, 0, sizeof result);
+    result.line = &state->line;
+    result.plan.is_planar = 1;
+    result.plan.normal_by_load = path->normal_control == HS_LOAD;
+    result.plan.tangential_by_load = by_x || by_y;
+    result.plan.both_loads = by_x && by_y && result.plan.normal_by_load;
+    result.saturate = saturate;
+    result.rigid = HS_MADE(hs_vector){by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0};
+    result.compliance = HS_MADE(hs_vector){by_x ? 1.0 : compliance.x, by_y ? 1.0 : compliance.y};
+    /* displacement of the drive of an instrument, or load */
+    hs_vector present = {by_x ? load->x + (saturate ? plane->excess.x : 0.0)
+                              : plane->displacement.x + compliance.x * load->x,
+                         by_y ? load->y + (saturate ? plane->excess.y : 0.0)
+                              : plane->displacement.y + compliance.y * load->y};
+    hs_vector target = {
+        hs_toward(present.x, path->tangential_target[0], path->tangential_fraction[0]),
+        hs_toward(present.y, path->tangential_target[1], path->tangential_fraction[1])};
+    hs_set_request(&result, 0, present);
+    hs_set_request(&result, 1, target);
     return result;
 }
 
 /* Tangential request at fraction 1, displacements from the origin of the line. */
-static hs_vector line_endpoint(const hs_state *state, const scaled_path *scaled) {
-    hs_vector endpoint = scaled->tangential[1];
-    if (scaled->rigid.x > 0.0) endpoint.x -= state->plane->origin.x;
-    if (scaled->rigid.y > 0.0) endpoint.y -= state->plane->origin.y;
+static hs_vector line_endpoint(const hs_state *state, const hs_plane_path *path) {
+    hs_vector endpoint = path->value[1];
+    if (path->rigid.x > 0.0) endpoint.x -= state->plane->origin.x;
+    if (path->rigid.y > 0.0) endpoint.y -= state->plane->origin.y;
     return endpoint;
 }
 
@@ -149,30 +132,25 @@ static int has_no_direction(const hs_line *line) {
 }
 
 /* True if a path continues along the line; a line without direction takes the direction of the
- * path. */
-static int stays_on_line(hs_state *state, const scaled_path *scaled) {
-    hs_vector endpoint = line_endpoint(state, scaled);
-    double norm = hs_norm(endpoint), cross;
-    if (is_mixed(scaled) && endpoint.x != 0.0 && endpoint.y != 0.0) return 0;
+ * path. `changes_load`: true if the normal load is prescribed to change. */
+static int stays_on_line(hs_state *state, const hs_plane_path *path, int changes_load) {
+    hs_vector endpoint = line_endpoint(state, path), *direction = &state->plane->direction;
+    double norm = hs_norm(endpoint);
+    if (is_mixed(path) && endpoint.x != 0.0 && endpoint.y != 0.0) return 0;
     if (has_no_direction(&state->line) && norm > 0.0) {
         int aligned = endpoint.x == 0.0 || endpoint.y == 0.0;
-        state->plane->direction.x = aligned ? endpoint.x != 0.0 : endpoint.x / norm;
-        state->plane->direction.y = aligned ? endpoint.y != 0.0 : endpoint.y / norm;
+        direction->x = aligned ? endpoint.x != 0.0 : endpoint.x / norm;
+        direction->y = aligned ? endpoint.y != 0.0 : endpoint.y / norm;
     }
-    if (is_mixed(scaled)) {
+    if (is_mixed(path)) {
         /* along one axis, the other one at rest; a line would change a load in proportion to a
          * changing normal load */
-        int by_load = (line_axis(state) ? scaled->rigid.y : scaled->rigid.x) == 0.0,
-            changes_normal = scaled->normal[1] != scaled->normal[0];
-        if (by_load && changes_normal && scaled->path->normal_control == HS_LOAD) return 0;
-        return line_axis(state) ? endpoint.x == 0.0
-                                : state->plane->direction.y == 0.0 && endpoint.y == 0.0;
+        if (changes_load && (line_axis(state) ? path->rigid.y : path->rigid.x) == 0.0) return 0;
+        return line_axis(state) ? endpoint.x == 0.0 : direction->y == 0.0 && endpoint.y == 0.0;
     }
-    cross = fabs(state->plane->direction.x * endpoint.y - state->plane->direction.y * endpoint.x);
-    if (state->plane->direction.x != 0.0 && state->plane->direction.y != 0.0 &&
-        scaled->compliance.x != scaled->compliance.y)
+    if (direction->x != 0.0 && direction->y != 0.0 && path->compliance.x != path->compliance.y)
         return 0;
-    return cross <= HS_TIE * norm;
+    return fabs(direction->x * endpoint.y - direction->y * endpoint.x) <= HS_TIE * norm;
 }
 
 /* Shift the arrays of rows by a number of rows; tangential loads have two components per asperity.
@@ -217,12 +195,12 @@ static void resolve_components(const hs_state *state, const hs_rows *rows, int64
 }
 
 /* Integrate a path along the line; returns a status. */
-static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *rows,
-                     const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
-    const hs_path *path = scaled->path;
+static int move_line(hs_state *state, const hs_path *path, hs_plane_path *plane_path,
+                     const hs_rows *rows, const hs_drive *drive, double stop_fraction,
+                     hs_refusal *refusal) {
     const hs_units *units = &state->line.contact->units;
     int axis = line_axis(state), control = path->tangential_control[axis];
-    hs_vector endpoint = line_endpoint(state, scaled);
+    hs_vector endpoint = line_endpoint(state, plane_path);
     double target = hs_dot(endpoint, state->plane->direction) *
                     (control == HS_LOAD ? units->load : units->displacement);
     double fraction = path->tangential_fraction[0] > 0.0 || path->tangential_fraction[1] > 0.0;
@@ -245,8 +223,7 @@ static int move_line(hs_state *state, const scaled_path *scaled, const hs_rows *
                          path->begin,
                          path->end};
     hs_drive line_drive = *drive;
-    line_drive.compliance[0] =
-        (axis ? scaled->compliance.y : scaled->compliance.x) / units->stiffness;
+    line_drive.compliance[0] = drive->compliance[axis];
     hs_rows line_rows;
     if (count > 0) line_rows = shift_rows(rows, path->first_row);
     int64_t path_number = refusal->path;
@@ -367,33 +344,6 @@ static int update_line(hs_state *state) {
     }
     body->has_new_slide_times = 0;
     return hs_slides_assign(line, body->scratch);
-}
-
-/* Path of the body from the present state. */
-static hs_plane_path body_path(const hs_state *state, const scaled_path *scaled, int saturate) {
-    const hs_line *line = &state->line;
-    hs_plane_path path;
-    memset(&path, 0, sizeof path);
-    path.is_load_controlled = scaled->is_load_controlled;
-    path.saturate = saturate;
-    path.approach[0] = line->approach;
-    path.normal_load[0] = line->normal_load;
-    path.time[0] = scaled->path->begin;
-    path.time[1] = scaled->path->end;
-    memcpy(path.value, scaled->tangential, sizeof path.value);
-    path.rigid = scaled->rigid;
-    path.compliance.x = scaled->rigid.x > 0.0 ? scaled->compliance.x : 1.0;
-    path.compliance.y = scaled->rigid.y > 0.0 ? scaled->compliance.y : 1.0;
-    if (scaled->path->normal_control == HS_LOAD) {
-        path.normal_load[1] = scaled->normal[1];
-        path.approach[1] = hs_approach_at_load(line, scaled->normal[1]);
-    } else {
-        path.approach[1] = scaled->normal[1];
-        path.normal_load[1] = scaled->normal[1] == line->approach
-                                  ? line->normal_load
-                                  : hs_load_at(hs_all_of(line->contact), scaled->normal[1]).load;
-    }
-    return path;
 }
 
 /* Add tangential loads of asperities from a jump of slope at the node `label`. */
@@ -542,7 +492,7 @@ static int read_row(hs_stops *stops, hs_body *body) {
     if (status == HS_OK) {
         plane.body = body;
         body->friction = state.line.friction;
-        plane.excess = hs_excess_at(body, row->path, body->fraction);
+        plane.excess = hs_excess_of(body, row->path);
         status = update_line(&state);
         if (status == HS_OK)
             status =
@@ -562,31 +512,30 @@ static int integrate_path(hs_state *state, hs_plane_path *path, const hs_drive *
                           hs_stops *stops) {
     hs_body *body = state->plane->body;
     hs_watch watch = {drive, 0, HS_OK};
-    body->time = path->time[0];
+    body->time = path->plan.times[0];
     body->watch = &watch;
     int status = hs_body_integrate(body, path, stops);
     if (status == HS_OK) status = update_line(state);
-    if (status == HS_OK) state->plane->excess = hs_excess_at(body, path, body->fraction);
+    if (status == HS_OK) state->plane->excess = hs_excess_of(body, path);
     body->watch = NULL;
     return status;
 }
 
 /* Integrate a path by rings; returns a status. */
-static int move_rings(hs_state *state, const scaled_path *scaled, const hs_rows *rows,
-                      const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
-    const hs_path *requested = scaled->path;
-    double request, limit;
+static int move_rings(hs_state *state, const hs_path *requested, hs_plane_path *path,
+                      const hs_rows *rows, const hs_drive *drive, double stop_fraction,
+                      hs_refusal *refusal) {
     int status = state->plane->body ? HS_OK : switch_to_rings(state);
     if (status != HS_OK) return status;
-    hs_plane_path path = body_path(state, scaled, drive->saturate);
-    if (!drive->saturate && hs_exceeds_limit(state->plane->body, &path, &request, &limit)) {
-        refusal->request = request * state->line.contact->units.load;
-        refusal->limit = limit * state->line.contact->units.load;
-        return HS_BEYOND_LIMIT;
-    }
-    row_stops row = {{HUGE_VAL, stop_fraction, read_row}, state, &path, requested, rows, 0};
+    hs_path scaled = hs_scale_path(&state->line.contact->units, requested);
+    hs_set_normal_targets(&state->line, &scaled, &path->plan);
+    path->plan.margin = HS_TIE;
+    if (!drive->saturate && path->plan.tangential_by_load)
+        status = hs_cut_at_limit(&state->line, &path->plan, 0, refusal);
+    if (status != HS_OK) return status;
+    row_stops row = {{HUGE_VAL, stop_fraction, read_row}, state, path, requested, rows, 0};
     schedule_row(&row, 1);
-    status = integrate_path(state, &path, drive, &row.stops);
+    status = integrate_path(state, path, drive, &row.stops);
     return status == HS_OK && rows && requested->recorded
                ? hs_plane_read(state, rows, requested->first_row + requested->parts - 1)
                : status;
@@ -602,10 +551,13 @@ static int move_plane(hs_state *state, const hs_path *requested, hs_vector compl
         path.tangential_control[k] = state->plane->tangential_control[k];
         path.tangential_fraction[k] = 0.0;
     }
-    scaled_path scaled = scale_path(state, &path, compliance, drive->saturate);
-    int is_on_line = !state->plane->body && stays_on_line(state, &scaled);
-    int status =
-        (is_on_line ? move_line : move_rings)(state, &scaled, rows, drive, stop_fraction, refusal);
+    hs_path scaled = hs_scale_path(&state->line.contact->units, &path);
+    hs_plane_path plane_path = start_path(state, &scaled, compliance, drive->saturate);
+    int changes_load = path.normal_control == HS_LOAD && path.normal_fraction > 0.0 &&
+                       scaled.normal_target != state->line.normal_load;
+    int is_on_line = !state->plane->body && stays_on_line(state, &plane_path, changes_load);
+    int status = (is_on_line ? move_line : move_rings)(state, &path, &plane_path, rows, drive,
+                                                       stop_fraction, refusal);
     state->line.normal_control = path.normal_control;
     memcpy(state->plane->tangential_control, path.tangential_control,
            sizeof path.tangential_control);
@@ -685,38 +637,39 @@ int hs_plane_set_friction(hs_state *state, const double *friction, const hs_driv
         for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]])
                 return HS_FOREIGN;
+    const hs_plane *plane = state->plane;
+    hs_path held = {0.0,
+                    0.0,
+                    {0.0, 0.0},
+                    {0.0, 0.0},
+                    1,
+                    0,
+                    line->normal_control,
+                    {plane->tangential_control[0], plane->tangential_control[1]},
+                    0,
+                    NAN,
+                    NAN};
+    hs_plane_path path =
+        start_path(state, &held,
+                   HS_MADE(hs_vector){drive->compliance[0] * unit, drive->compliance[1] * unit}, 1);
+    hs_set_normal_targets(line, &held, &path.plan);
     double *initial_friction = (double *)malloc((size_t)contact->groups * sizeof *initial_friction);
     if (!initial_friction) return HS_OUT_OF_MEMORY;
     memcpy(initial_friction, line->friction, (size_t)contact->groups * sizeof *initial_friction);
-    int falls = 0;
-    for (int64_t group = 0; group < contact->groups; ++group) {
-        line->friction[group] = hs_bound_friction(friction[contact->order[contact->first[group]]]);
-        falls |= line->friction[group] < initial_friction[group];
+    path.plan.limit_drop = hs_friction_limit(line, line->approach, line->normal_load);
+    int changes = plane->excess.x != 0.0 || plane->excess.y != 0.0, status = HS_OK;
+    if (changes) {
+        /* bring the load to the request before the limit falls */
+        hs_plane_path constant = path;
+        constant.plan.limit_drop = 0.0;
+        status = integrate_path(state, &constant, drive, NULL);
     }
-    const hs_plane *plane = state->plane;
-    const int by_x = plane->tangential_control[0] == HS_LOAD,
-              by_y = plane->tangential_control[1] == HS_LOAD;
-    hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
-    hs_vector load = hs_add_scaled(plane->tangential_load, 1.0, plane->excess);
-    hs_vector drive_position =
-        drive_displacement(plane->displacement, compliance, plane->tangential_load);
-    hs_vector target = {by_x ? load.x : drive_position.x, by_y ? load.y : drive_position.y};
-    hs_plane_path path = {1,
-                          1,
-                          {line->approach, line->approach},
-                          {line->normal_load, line->normal_load},
-                          {NAN, NAN},
-                          {target, target},
-                          {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0},
-                          {by_x ? 1.0 : compliance.x, by_y ? 1.0 : compliance.y},
-                          0.0,
-                          HUGE_VAL,
-                          0,
-                          0,
-                          0,
-                          zero_vector};
-    int status = HS_OK;
-    if (falls || plane->excess.x != 0.0 || plane->excess.y != 0.0) {
+    for (int64_t group = 0; group < contact->groups && status == HS_OK; ++group) {
+        line->friction[group] = hs_bound_friction(friction[contact->order[contact->first[group]]]);
+        changes |= line->friction[group] < initial_friction[group];
+    }
+    path.plan.limit_drop -= hs_friction_limit(line, line->approach, line->normal_load);
+    if (changes && status == HS_OK) {
         plane->body->initial_friction = initial_friction;
         status = integrate_path(state, &path, drive, NULL);
         plane->body->initial_friction = NULL;

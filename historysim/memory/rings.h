@@ -6,6 +6,7 @@
 
 #include "drive.h"
 #include "normal.h"
+#include "path.h"
 
 /* A node of the polyline v(a), the tangential deflection of the springs that first touched at
  * approach `label`. */
@@ -84,17 +85,6 @@ typedef struct hs_ring_problem {
     hs_vector relieved_load[2]; /* load if all springs stuck, minus the load, at the first stage and
                                    at the end */
 } hs_ring_problem;
-
-/* a + factor b. */
-static inline hs_vector hs_add_scaled(hs_vector a, double factor, hs_vector b) {
-    return HS_MADE(hs_vector){a.x + factor * b.x, a.y + factor * b.y};
-}
-/* Linear interpolation; exactly `to` at fraction 1. */
-static inline hs_vector hs_vector_lerp(hs_vector from, hs_vector to, double fraction) {
-    return fraction == 1.0 ? to : hs_add_scaled(from, fraction, hs_add_scaled(to, -1.0, from));
-}
-static inline double hs_dot(hs_vector a, hs_vector b) { return a.x * b.x + a.y * b.y; }
-static inline double hs_norm(hs_vector a) { return sqrt(hs_dot(a, a)); }
 
 /* Cancellation by the caller: it is polled as work is counted; `status` becomes HS_INTERRUPTED. */
 typedef struct hs_watch {
@@ -206,35 +196,30 @@ typedef struct hs_tangential_target {
 } hs_tangential_target;
 /* Targets of a path at one fraction of it. */
 typedef struct hs_plane_target {
-    int is_load_controlled; /* true if loads are linear in the path fraction, otherwise the approach
-                               is */
     double fraction, approach, normal_load, time;
     hs_tangential_target tangential;
 } hs_plane_target;
-/* A path: requests at its fractions 0 and 1. */
+/* A path in a plane: its plan, and tangential targets at its fractions 0 and 1. */
 typedef struct hs_plane_path {
-    int is_load_controlled, saturate;
-    double approach[2], normal_load[2], time[2];
+    const hs_line *line; /* contact and friction, at fraction 0 */
+    hs_plan plan;        /* requests of the components that are loads, 0 of others */
+    int saturate;
     hs_vector value[2], rigid, compliance; /* as in hs_tangential_target */
     /* Set by hs_begin_segments and hs_next_cut: */
-    double margin;   /* fraction of the friction limit by which a load beyond it is kept below it */
     double lift_off; /* path fraction at which the contact separates; infinite if it does not */
-    int remaining_segments; /* that may be cut at the friction limit; 0 of paths that do not meet it
-                             */
-    int is_beyond;          /* true if the following segment is beyond the friction limit */
+    int segment;     /* of the plan, present or following one */
     int holds_displacement; /* true if the displacement is constant on the present segment, which is
                                beyond the limit */
     hs_vector held_displacement;
 } hs_plane_path;
+/* Set the tangential targets of a path at its fraction 0 or 1. */
+void hs_set_request(hs_plane_path *path, int end, hs_vector value);
 /* Targets at a path fraction; loads beyond the friction limit are projected onto it. */
-hs_plane_target hs_target_at(const hs_body *body, const hs_plane_path *path, double fraction);
-/* Friction limit at an approach and a path fraction. */
-double hs_body_limit(const hs_body *body, double approach, double fraction);
-/* True if the request exceeds the friction limit; both loads are then returned. */
-int hs_exceeds_limit(const hs_body *body, const hs_plane_path *path, double *request,
-                     double *limit);
-/* Requested load minus the load of a body at a path fraction; 0 within the friction limit. */
-hs_vector hs_excess_at(const hs_body *body, const hs_plane_path *path, double fraction);
+hs_plane_target hs_target_at(const hs_plane_path *path, double fraction);
+/* Friction limit of the state of a body. */
+double hs_body_limit(const hs_body *body, const hs_plane_path *path);
+/* Requested load minus the load of a body; 0 within the friction limit. */
+hs_vector hs_excess_of(const hs_body *body, const hs_plane_path *path);
 /* Prepare the segments of a path that starts at the state of the body. */
 void hs_begin_segments(const hs_body *body, hs_plane_path *path);
 /* Path fraction at which the segment ends that starts at the state of the body; `is_straight`: true
