@@ -181,7 +181,10 @@ static int follow_part(hs_fields *ctx, hs_line *memory, double start_fraction, d
     int status = HS_OK;
     if (ctx->has_target) status = hs_make_copies(ctx, memory);
     if (start_fraction < end && status == HS_OK) {
-        if (!ctx->is_constant ||
+        /* nothing slides: friction and shapes at the end are those of one step */
+        if (!ctx->is_constant && is_at_rest(ctx, memory))
+            status = hs_advance_step(ctx, memory, start_fraction, end);
+        else if (!ctx->is_constant ||
             (ctx->has_target && !(plan->is_straight && end < plan->segment[1])))
             status = hs_integrate_timed(ctx, memory, start_fraction, end);
         else if (ctx->has_target)
