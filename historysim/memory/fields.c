@@ -3,7 +3,7 @@
  * Where friction depends on the own load, an asperity that touches or separates, or whose approach
  * changes much, has stations within a step, graded towards touch, where mu is proportional to 1/N
  * or N^(-1/3). The volume that an asperity loses is proportional to its load and slid distance; the
- * shape that follows is predicted halfway and at the end of a step.
+ * mean shape and the end shape that follow on a step are predicted.
  *
  * A summit that yields while it bears tractions, of radius R before a step and R' at its end, keeps
  * them at their radii sqrt(R b): its springs have the labels b R/R' under the new summit, and keep
@@ -319,8 +319,12 @@ int hs_predict_wear(hs_fields *ctx, const hs_line *memory, const hs_step_end *st
                                evolved->shaped_volume[i], waiting, ctx->shape.lost_volume[i],
                                ctx->shape.end_height + i, ctx->shape.end_radius + i);
         }
-        ctx->shape.mid_height[i] = 0.5 * (height + ctx->shape.end_height[i]);
-        ctx->shape.mid_radius[i] = 0.5 * (radius + ctx->shape.end_radius[i]);
+        /* a shape changes while its asperity slides: its mean over the step */
+        double changed = ctx->slide_begin[i] < ctx->slide_end[i]
+                             ? 1.0 - 0.5 * (ctx->slide_begin[i] + ctx->slide_end[i])
+                             : 0.5;
+        ctx->shape.mid_height[i] = hs_toward(height, ctx->shape.end_height[i], changed);
+        ctx->shape.mid_radius[i] = hs_toward(radius, ctx->shape.end_radius[i], changed);
     }
     return status;
 }

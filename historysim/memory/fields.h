@@ -25,7 +25,7 @@ typedef struct hs_worn_shapes {
     double *slide_begin_approach, *slide_end_approach; /* of an asperity while it slides [m] */
     double *mean_load, *energy;                        /* meanwhile [N], and dissipated [J] */
     double *lost_volume, *shaped_volume;               /* lost; and removed from the summit [m³] */
-    double *mid_height, *mid_radius;                   /* of summits halfway [m] */
+    double *mid_height, *mid_radius;                   /* of summits, mean on the step [m] */
     double *end_height, *end_radius;                   /* and at the end */
 } hs_worn_shapes;
 
@@ -137,7 +137,7 @@ void hs_store_depths(hs_fields *ctx, const hs_line *memory);
 /* Set worn summits; returns the loss of elastic energy from `stored`. */
 double hs_apply_wear(hs_fields *ctx, hs_line *memory, const double *height, const double *radius,
                      double stored);
-/* Predict volumes lost on a step, and shapes of summits halfway and at its end. */
+/* Predict volumes lost on a step, and shapes of summits: mean and at its end. */
 int hs_predict_wear(hs_fields *ctx, const hs_line *memory, const hs_step_end *step_end);
 /* Approach and normal load at a fraction of a path on which summits yield; NaN for a load that
  * follows from the approach. */

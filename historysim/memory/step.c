@@ -2,7 +2,7 @@
  * linearly to their values at its end: |V - w| <= mu(s) (d - a) (README.md, theory 2 and 7). The
  * method is of second order in the length of the step: the distance that an asperity slides follows
  * from the fraction at which the last of its springs begins to slip; shapes at the end are
- * predicted twice, and the update is of the mean of both shapes. A step ends where a saturated
+ * predicted twice, and the update is of the mean shape on the step. A step ends where a saturated
  * request crosses the friction limit. */
 
 #include "step.h"
