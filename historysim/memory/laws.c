@@ -163,22 +163,20 @@ static state kogut_etsion(double x, double most_pressure) {
     return found;
 }
 
-static state jackson_green(double x, double critical_strain, double yield_strain, double most) {
-    double part = x / DEPARTURE, exponent = 0.14 * exp(23.0 * yield_strain);
-    double at[2] = {DEPARTURE, x}, printed[2];
-    state found = {0.0, x * pow(part, exponent)};
-    for (int k = 0; k < 2; ++k) {
-        double area = at[k] * pow(at[k] / DEPARTURE, exponent),
-               width = sqrt(critical_strain * area);
-        /* H_G over the yield stress, and four times it over what the mean pressure is at the onset
-         */
-        double hardness = 2.84 * (1.0 - exp(-0.82 * pow(width, -0.7)));
-        printed[k] = exp(-0.25 * pow(at[k], 5.0 / 12.0)) * at[k] * sqrt(at[k]) +
-                     most * hardness * (1.0 - exp(-0.04 * pow(at[k], 5.0 / 9.0))) * at[k];
-    }
-    double jump = DEPARTURE * sqrt(DEPARTURE) / printed[0];
-    found.load = printed[1] * (1.0 + (jump - 1.0) / part);
-    return found;
+/* Printed load over that at the onset, of a contact area over that there. */
+static double printed_load(double x, double area, double critical_strain, double most) {
+    /* H_G over the yield stress, and four times it over what the mean pressure is at the onset */
+    double hardness = 2.84 * (1.0 - exp(-0.82 * pow(sqrt(critical_strain * area), -0.7)));
+    return exp(-0.25 * pow(x, 5.0 / 12.0)) * x * sqrt(x) +
+           most * hardness * (1.0 - exp(-0.04 * pow(x, 5.0 / 9.0))) * x;
+}
+
+/* `jump` is the ratio of the elastic to the printed load at the departure. */
+static state jackson_green(double x, double critical_strain, double exponent, double most,
+                           double jump) {
+    double part = x / DEPARTURE, area = x * pow(part, exponent);
+    double load = printed_load(x, area, critical_strain, most);
+    return HS_MADE(state){load * (1.0 + (jump - 1.0) / part), area};
 }
 
 int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, const double *approach,
@@ -189,7 +187,14 @@ int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, cons
                    : HS_OK;
     double strain = law->critical_strain;
     /* N/A at the onset, of which the critical load is one on the critical area */
-    double pressure = 4.0 / 3.0 * modulus * sqrt(strain) / PI;
+    double pressure = 4.0 / 3.0 * modulus * sqrt(strain) / PI, exponent = 0.0, most = 0.0,
+           jump = 0.0;
+    if (law->kind == HS_JACKSON_GREEN) {
+        exponent = 0.14 * exp(23.0 * law->yield_strain);
+        /* 4 H_G/(C S_y), with C S_y = 3/2 of that mean pressure */
+        most = 8.0 / 3.0 * law->yield_strain * modulus / pressure;
+        jump = DEPARTURE * sqrt(DEPARTURE) / printed_load(DEPARTURE, DEPARTURE, strain, most);
+    }
     for (int64_t i = 0; i < count; ++i) {
         double x = approach[i] / (strain * radius[i]), critical = strain * radius[i];
         double area = radius[i] * critical,
@@ -198,10 +203,8 @@ int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, cons
         if (law->kind == HS_THORNTON && x > 1.0) here.load = 1.0 + 1.5 * (x - 1.0);
         if (law->kind == HS_KOGUT_ETSION && x > 1.0)
             here = kogut_etsion(x, law->hardness / pressure);
-        /* 4 H_G/(C S_y), with C S_y = 3/2 of that mean pressure */
         if (law->kind == HS_JACKSON_GREEN && x > DEPARTURE)
-            here = jackson_green(x, strain, law->yield_strain,
-                                 8.0 / 3.0 * law->yield_strain * modulus / pressure);
+            here = jackson_green(x, strain, exponent, most, jump);
         load[i] = here.load * critical_load;
         contact_radius[i] = sqrt(here.area * area);
     }
