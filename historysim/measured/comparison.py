@@ -316,16 +316,17 @@ def _node_places(
 def _sort_between(displacement: Floats, nodes: Integers) -> tuple[Floats, Integers]:
     """Return displacements that are monotone between nodes, and the sample that each of them is from."""
     target, order = displacement.copy(), np.arange(displacement.size)
-    starts, stops = target[nodes[:-1]], target[nodes[1:]]
-    branch = np.repeat(np.arange(nodes.size - 1), np.diff(nodes))
-    # a node is the first of its branch in any case
-    samples = slice(nodes[0], nodes[-1])
-    low, high = np.minimum(starts, stops), np.maximum(starts, stops)
-    between = np.clip(target[samples], low[branch], high[branch])
-    sign = np.where(stops >= starts, 1.0, -1.0)
-    ranks = np.lexsort((sign[branch] * between, branch))
-    target[samples] = between[ranks]
-    order[samples] = nodes[0] + ranks
+    lengths = np.diff(nodes)
+    # branches of one length are sorted as the rows of an array
+    for length in np.unique(lengths):
+        starts, stops = (ends[lengths == length] for ends in (nodes[:-1], nodes[1:]))
+        samples = starts[:, None] + np.arange(length)
+        start, stop = displacement[starts, None], displacement[stops, None]
+        between = np.clip(displacement[samples], np.minimum(start, stop), np.maximum(start, stop))
+        # a node is the first of its branch in any case
+        ranks = np.argsort(np.where(stop >= start, between, -between), axis=1, kind="stable")
+        target[samples] = np.take_along_axis(between, ranks, axis=1)
+        order[samples] = starts[:, None] + ranks
     return target, order
 
 

@@ -15,7 +15,7 @@ from historysim.measured.creep import Creep
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.canvas import TWO_COLUMNS, Size
-from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet
+from historysim.results.plots.chart import Chart, Curve, Item, Look, Note, Shape, Sheet
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
 from historysim.results.plots.style import (
     FAINT,
@@ -50,13 +50,10 @@ class ComparisonPicture(Titled):
 
     def sheet(self, data: Comparison) -> Sheet:
         """Return all charts."""
-        observation, off, residuals = data.observation, data.difference, data.residuals
-        time, indices = (
-            observation.time,
-            thin_samples(data.difference.size, [data.difference], MOST_POINTS),
-        )
+        observation, residuals = data.observation, data.residuals
+        time = observation.time
         loads = [
-            Curve(
+            _thin_curve(
                 time,
                 channel.tangential_load,
                 "",
@@ -67,8 +64,8 @@ class ComparisonPicture(Titled):
                 (data.response, MODEL, 0.6),
             )
         ]
-        after_start = time[observation.start_sample :][indices]
-        difference = Curve(after_start, off[indices], "", DOTS | {"color": INK, "ms": 1.2})
+        after_start = time[observation.start_sample :]
+        difference = _thin_curve(after_start, data.difference, "", DOTS | {"color": INK, "ms": 1.2})
         means = zip(
             residuals.position,
             residuals.mean,
@@ -109,42 +106,39 @@ class ComparisonPicture(Titled):
         )
 
 
+def _thin_curve(x: Floats, y: Floats, label: str, look: Look) -> Curve:
+    """Return a curve with the samples that a picture can show."""
+    samples = thin_samples(y.size, [y], MOST_POINTS)
+    return Curve(x[samples], y[samples], label, look)
+
+
 def _compared_loops(comparison: Comparison) -> list[Item]:
     observation, response = comparison.observation, comparison.response
-    indices = thin_samples(observation.time.size, [observation.tangential_load], MOST_POINTS)
     # along a branch the model follows the order of displacements, not of time
-    branches = []
-    for start, stop in zip(observation.turns[:-1], observation.turns[1:], strict=True):
-        sign = np.sign(response.displacement[stop] - response.displacement[start])
-        branches.append(start + np.argsort(response.displacement[start:stop] * sign))
-    order = np.concatenate([*branches, observation.turns[-1:]])
+    order = response.order
+    dots = DOTS | {"color": MEASURED}
     # the model is drawn over the points, in whose noise it would be hidden
-    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
-    load, modelled = observation.tangential_load, response.tangential_load
+    line: Look = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
+    load, displacement = observation.tangential_load, observation.displacement
     items: list[Item] = [
-        Curve(
-            observation.displacement[indices], load[indices], "measured", DOTS | {"color": MEASURED}
-        ),
-        Curve(response.displacement[order], modelled[order], "model", line),
+        _thin_curve(displacement, load, "measured", dots),
+        Curve(response.displacement[order], response.tangential_load[order], "model", line),
     ]
     instrument = comparison.instrument
-    if not instrument.rigid or instrument.parallel_stiffness:
-        load = load - instrument.parallel_stiffness * observation.displacement
-        contact = observation.displacement - load / instrument.stiffness
-        items.append(
-            Curve(
-                contact[indices],
-                load[indices],
-                "measured, of the contact",
-                DOTS | {"color": CORRECTED},
-            )
-        )
-        contact = response.displacement - response.contact_load / instrument.stiffness
-        dashes = line | {"linestyle": (0, (4, 1.5))}
-        items.append(
-            Curve(contact[order], response.contact_load[order], "model, of the contact", dashes)
-        )
-    return items
+    if instrument.rigid and not instrument.parallel_stiffness:
+        return items
+
+    load = load - instrument.parallel_stiffness * displacement
+    moved = displacement - load / instrument.stiffness
+    dots = DOTS | {"color": CORRECTED}
+    model_load = response.contact_load[order]
+    model_moved = response.displacement[order] - model_load / instrument.stiffness
+    dashes = line | {"linestyle": (0, (4, 1.5))}
+    return [
+        *items,
+        _thin_curve(moved, load, "measured, of the contact", dots),
+        Curve(model_moved, model_load, "model, of the contact", dashes),
+    ]
 
 
 def _energies(comparison: Comparison) -> Chart:
