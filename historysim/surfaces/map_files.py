@@ -21,16 +21,16 @@ from historysim.basics.units import conversion_factor
 from historysim.basics.wording import list_names, quote
 from historysim.errors import InputError
 from historysim.surfaces.heights import MOST_POINTS
-from historysim.tables.from_text import plain_numbers
 from historysim.tables.lines import brief, decimal_hint, number, split
 from historysim.tables.readers import READERS, Reader
+from historysim.tables.text_rows import plain_numbers
 
 COORDINATES = (
     "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
 )
 
 _DELIMITERS = ";\t,"
-# placeholders that instruments write, in addition to the general ones of missing values
+# codes of missing heights that instruments write, in addition to the general ones
 _MISSING = re.compile(r"n/a|bad|[+-]?1\.#(?:qnan|snan|ind)|\*+|-+", re.IGNORECASE)
 # only after white space, since some programs write NaN as 1.#QNAN
 _COMMENT = re.compile(r"(?:^|(?<=\s))[#%]")
@@ -104,7 +104,7 @@ def find_foreign_header(path: Path) -> str:
 
 
 def are_mostly_heights(cells: list[str]) -> bool:
-    """Return True if at least half of some strings are numbers or placeholders of missing heights."""
+    """Return True if at least half of some strings are numbers or codes of missing heights."""
     return 2 * sum(_parse_height(cell, ".") is not None for cell in cells) >= len(cells)
 
 

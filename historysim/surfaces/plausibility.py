@@ -1,4 +1,4 @@
-"""Plausibility of a height map: placeholders of missing points, and its lateral scale."""
+"""Plausibility of a height map: codes of missing points, and its lateral scale."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from historysim.surfaces.heights import Surface
 # Numbers that programs write for missing points. Such a number, or any other, is reported if its
 # distance from all other heights, over the range of the middle 80 % of the levels, exceeds one of
 # these two limits. Spikes of a measurement, which `spikes` removes, are closer.
-PLACEHOLDERS = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
-FAR_IF_PLACEHOLDER, FAR = 5.0, 1e3
-FEWEST_LEVELS, MOST_PLACEHOLDERS = 20, 3
+MISSING_CODES = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
+FAR_IF_CODE, FAR = 5.0, 1e3
+FEWEST_LEVELS, MOST_CODES = 20, 3
 
 # side of a map [m], and height range over it below which the side is implausible
 LARGEST_SIZE, FLATTEST = 1.0, 1e-4
@@ -22,10 +22,10 @@ SMOOTHEST = 1e-6  # height range over the distance of the points below which tha
 STEEPEST = 20.0
 
 
-def placeholder_notice(heights: Floats) -> str | None:
+def missing_code_notice(heights: Floats) -> str | None:
     """Return a notice if a few values, such as -9999, are far from all others and may be missing; otherwise None.
 
-    Heights are in the unit of the file, in which such placeholders are round numbers.
+    Heights are in the unit of the file, in which such codes are round numbers.
     """
     values = heights[np.isfinite(heights)]
     levels = np.unique(values)
@@ -33,12 +33,12 @@ def placeholder_notice(heights: Floats) -> str | None:
         return None
     low, high = np.quantile(levels, [0.1, 0.9])
     distance = np.maximum(low - levels, levels - high)
-    is_placeholder = np.isclose(np.abs(levels)[:, np.newaxis], PLACEHOLDERS, rtol=1e-6, atol=0).any(
+    is_code = np.isclose(np.abs(levels)[:, np.newaxis], MISSING_CODES, rtol=1e-6, atol=0).any(
         axis=1
     )
-    far = levels[distance > np.where(is_placeholder, FAR_IF_PLACEHOLDER, FAR) * (high - low)]
+    far = levels[distance > np.where(is_code, FAR_IF_CODE, FAR) * (high - low)]
     # the flanks of a particle or a scratch have many levels
-    if not 0 < far.size <= MOST_PLACEHOLDERS:
+    if not 0 < far.size <= MOST_CODES:
         return None
     count = int(np.isin(values, far).sum())
     rest = levels[~np.isin(levels, far)]

@@ -29,7 +29,7 @@ from historysim.surfaces.map_files import (
     RawMap,
     library_errors_as,
 )
-from historysim.surfaces.plausibility import placeholder_notice, scale_notice
+from historysim.surfaces.plausibility import missing_code_notice, scale_notice
 from historysim.tables.readers import TEXT_ENDINGS, find_reader
 
 FEWEST_POINTS = 3
@@ -133,7 +133,7 @@ def read_surface(
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
     if raw.notice:
         warnings.warn(f"{path.name}: {raw.notice}", UnlikelyValueWarning, stacklevel=2)
-    for notice in (placeholder_notice(heights), scale_notice(surface)):
+    for notice in (missing_code_notice(heights), scale_notice(surface)):
         if notice:
             warnings.warn(f"{path.name}: {notice}", UnlikelyValueWarning, stacklevel=2)
             break
@@ -142,15 +142,13 @@ def read_surface(
 
 def _without_missing(heights: Floats, missing: float | str | Sequence[float | str]) -> Floats:
     """Replace numbers that represent missing points by NaN."""
-    placeholders = (
-        missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
-    )
-    for placeholder in placeholders:
+    codes = missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
+    for code in codes:
         try:
-            value = float(placeholder)
+            value = float(code)
         except (TypeError, ValueError):
             raise InputError(
-                f"missing is {placeholder!r}; expected a number of the file, such as -9999"
+                f"missing is {code!r}; expected a number of the file, such as -9999"
             ) from None
         # the number is rounded in heights of 32 bits
         matches = np.isclose(heights, value, rtol=1e-6, atol=0)

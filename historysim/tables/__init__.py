@@ -166,7 +166,8 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
 
     Raises InputError: an unreadable or damaged file, or a text without rows of numbers.
     """
-    path, layout = Path(path), format or Format()
+    path = Path(path)
+    layout = format or Format()
     with _named_errors(path):
         if (text := _text_lines(path, layout)) is not None:
             from historysim.tables import from_text
@@ -183,7 +184,8 @@ def column_names(path: str | PathLike[str], format: Format | None = None) -> lis
 
     Errors as for `describe`.
     """
-    path, layout = Path(path), format or Format()
+    path = Path(path)
+    layout = format or Format()
     with _named_errors(path):
         if (text := _text_lines(path, layout, head_only=True)) is not None:
             from historysim.tables.head import Head
@@ -201,7 +203,8 @@ def summarise_text(
 
     The lines of a file of arrays name contents that are not read. Errors as for `describe`.
     """
-    path, layout = Path(path), format or Format()
+    path = Path(path)
+    layout = format or Format()
     with _named_errors(path):
         if (text := _text_lines(path, layout)) is not None:
             from historysim.tables import from_text

@@ -231,18 +231,14 @@ def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview
     while start < len(content):
         (tag,) = struct.unpack_from(f"{order}I", content, start)
         if tag >> 16:  # a small element: the tag itself holds its length and four bytes
-            kind, length, content_start, following = (
-                tag & 0xFFFF,
-                min(tag >> 16, 4),
-                start + 4,
-                start + 8,
-            )
+            kind = tag & 0xFFFF
+            length = min(tag >> 16, 4)
+            content_start = start + 4
+            following = start + 8
         else:
-            kind, length, content_start = (
-                tag,
-                struct.unpack_from(f"{order}I", content, start + 4)[0],
-                start + 8,
-            )
+            kind = tag
+            length = struct.unpack_from(f"{order}I", content, start + 4)[0]
+            content_start = start + 8
             following = content_start + length + (0 if kind == _COMPRESSED else -length % 8)
         if content_start + length > len(content):
             raise InputError("is cut short, or damaged")
@@ -437,11 +433,9 @@ def _strict() -> Iterator[None]:
 
 def _arrays_of_channel(channel: Any, origin: TimeBase | None) -> Iterator[Array]:
     """Yield a channel, and its times since the date of another one, if they are known."""
-    name, length, settings = (
-        f"{channel.group_name}/{channel.name}",
-        (len(channel),),
-        dict(channel.properties),
-    )
+    name = f"{channel.group_name}/{channel.name}"
+    length = (len(channel),)
+    settings = dict(channel.properties)
     unit = str(settings.get("unit_string", ""))
     yield Array(name, length, lambda selection: channel[selection[0]], unit, settings)
     base = TimeBase.from_settings(settings)

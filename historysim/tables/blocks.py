@@ -163,12 +163,10 @@ def _pass_rows(
     for start in range(lines_above, len(text), BATCH_LINES):
         lines = text[start : start + BATCH_LINES]
         if pattern.are_rows(lines):
-            first_line, last_line, rows, after_blank = (
-                first_line or start + 1,
-                start + len(lines),
-                rows + len(lines),
-                False,
-            )
+            first_line = first_line or start + 1
+            last_line = start + len(lines)
+            rows = rows + len(lines)
+            after_blank = False
             continue
         for line_number, line in enumerate(lines, start + 1):
             if pattern.is_skipped(line):
@@ -179,10 +177,8 @@ def _pass_rows(
                 values, after_blank=after_blank
             ):
                 return first_line, last_line, rows, last_line or lines_above + 1
-            first_line, last_line, rows, after_blank = (
-                first_line or line_number,
-                line_number,
-                rows + 1,
-                False,
-            )
+            first_line = first_line or line_number
+            last_line = line_number
+            rows = rows + 1
+            after_blank = False
     return first_line, last_line, rows, len(text)

@@ -100,7 +100,8 @@ class Heading:
 
     def references(self) -> list[str]:
         """Return the TOML references of all columns."""
-        totals, counts = Counter(self.names), Counter[str]()
+        totals = Counter(self.names)
+        counts = Counter[str]()
         references = []
         for index in range(self.width):
             name = self.names[index] if index < len(self.names) else ""

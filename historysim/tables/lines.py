@@ -78,7 +78,8 @@ def number_in_unit(text: str, decimal: str, unit: str) -> float | None:
     if quantity is None:
         bare = number(text, decimal)
         return None if bare else bare
-    value, factor = number(quantity[0], decimal), factor_or_none(quantity[1], unit)
+    value = number(quantity[0], decimal)
+    factor = factor_or_none(quantity[1], unit)
     return None if value is None or factor is None else value * factor
 
 
@@ -206,7 +207,8 @@ def longest_run(rows: Sequence[Line], delimiter: str, minimum_width: int = 2) ->
             width = 0
             continue
         if len(values) != width:
-            start, width = index, len(values)
+            start = index
+            width = len(values)
         if index + 1 - start > len(longest):
             longest = range(start, index + 1)
     return list(rows[longest.start : longest.stop])

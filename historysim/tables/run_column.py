@@ -61,7 +61,8 @@ def _run_numbers(path: Path, name: str, layout: Format) -> Sequence[int]:
     except InputError:
         return []
     starts = np.append(0, 1 + np.flatnonzero(np.diff(values)))
-    numbers, rows = values[starts], np.diff(starts, append=values.size)
+    numbers = values[starts]
+    rows = np.diff(starts, append=values.size)
     is_counter = bool((numbers % 1 == 0).all()) and np.unique(numbers).size == numbers.size
     return (
         numbers.astype(int).tolist()

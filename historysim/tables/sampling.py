@@ -46,7 +46,8 @@ def is_even_time(values: Floats) -> bool:
     if values.size < FEWEST_TIMES:
         return False
     steps = np.diff(values)
-    step, distinct = float(np.median(steps)), np.unique(steps)
+    step = float(np.median(steps))
+    distinct = np.unique(steps)
     digit = float(np.diff(distinct).max(initial=0.0)) if distinct.size == 2 else 0.0
     return bool(
         steps.min() > 0 and np.abs(steps - step).max() <= _UNEVEN * step + min(digit, 0.5 * step)

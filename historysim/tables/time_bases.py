@@ -49,7 +49,8 @@ class TimeBase:
             interval = 1 / rate
         if not interval or not interval > 0:
             return None
-        start, date = _first_number(settings, OFFSETS, "s") or 0.0, None
+        start = _first_number(settings, OFFSETS, "s") or 0.0
+        date = None
         for name in DATES:
             value = settings.get(name)
             if (number := _number(value, "s")) is not None:
@@ -179,7 +180,8 @@ def join_by_time(columns: Sequence[TimedColumn]) -> JoinedColumns:
             "separate column for the time of each channel, as time in its table"
         )
     time = first.times(len(columns[0].values), first)
-    values, inside = [], np.ones(time.size, dtype=np.bool_)
+    values = []
+    inside = np.ones(time.size, dtype=np.bool_)
     for column in columns:
         base = column.base
         assert base is not None  # noqa: S101 - checked above

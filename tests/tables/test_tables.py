@@ -11,7 +11,7 @@ from pytest import approx, fixture, mark, raises
 from records_shared import SHARED
 
 from historysim.errors import InputError
-from historysim.tables import Column, Format, describe, from_text, read_table
+from historysim.tables import Column, Format, describe, read_table, text_rows
 from historysim.tables.columns import field_unit, resolve_unit
 
 DATA = SHARED
@@ -146,7 +146,7 @@ def test_numbers_are_read_exactly(scratch, numbers, delimiter, decimal, form, ba
     ]
     content = "\n".join([delimiter.join(["t", "F"]), *lines])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(from_text, "BATCH_LINES", batch)
+        patch.setattr(text_rows, "BATCH_LINES", batch)
         found = values(scratch, content, ["t", "F"], delimiter=delimiter, decimal=decimal)
     assert list(zip(*found, strict=True)) == numbers
 
@@ -237,9 +237,9 @@ def test_the_fast_reader_and_the_others_agree(
         return values, table.units, table.lines.tolist(), table.notices
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(from_text, "BATCH_LINES", 2)
+        patch.setattr(text_rows, "BATCH_LINES", 2)
         fast = outcome()
-        patch.setattr(from_text._RowParser, "_parse_plain", lambda *_: None)
+        patch.setattr(text_rows.RowParser, "_parse_plain", lambda *_: None)
         assert fast == outcome()
 
 
