@@ -16,6 +16,8 @@ from historysim._version import __version__
 PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path"}
 # Agg rejects long noisy lines in one piece
 PRINT |= {"agg.path.chunksize": 20_000}
+# a figure that is laid out already is drawn once
+PRINT |= {"figure.autolayout": False, "figure.constrained_layout.use": False}
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 DOTS_PER_INCH, NOTEBOOK = 200, 110
 # Metadata key of the program that made a picture.
@@ -51,7 +53,7 @@ class PrintedFigure(Figure):
             layout = self.get_layout_engine()
             if not self.stale:
                 # laid out already, and not changed since
-                self.set_layout_engine("none")
+                self.set_layout_engine(None)
             stream = io.StringIO() if kind == "svg" else fname
             try:
                 super().savefig(stream, **arguments | ({"format": "svg"} if kind == "svg" else {}))
