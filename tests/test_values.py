@@ -27,7 +27,9 @@ from historysim.log.event_log import Verdict
 from historysim.log.header import LogHeader
 from historysim.log.verification import Difference, Verification
 from historysim.measured import loop_values, sliding
-from historysim.measured.comparison import Comparison, compute_response, observe
+from historysim.measured.comparison import Comparison
+from historysim.measured.observation import observe
+from historysim.measured.response import compute_response
 from historysim.recording.variables import COORDINATES, Changes
 from historysim.studies.workers import BrokenError, Processes
 from historysim.surfaces.distribution import Gaussian, Tabulated

@@ -54,7 +54,8 @@ class BranchShape:
 
     def slope(self, start: int, stop: int) -> tuple[float, float]:
         """Return the slope between two bins [N/m] and its standard error, by scatter for a single branch."""
-        u, f = self.moved[:, start:stop], self.load[:, start:stop]
+        u = self.moved[:, start:stop]
+        f = self.load[:, start:stop]
         across = u - u.mean(axis=1, keepdims=True)
         slopes = (across * f).sum(axis=1) / (across**2).sum(axis=1)
         residuals = f - f.mean(axis=1, keepdims=True) - slopes[:, None] * across
@@ -176,7 +177,8 @@ def find_level_parts(trace: Trace, ends: Integers) -> Floats:
 def _level_part(trace: Trace, start: int, stop: int) -> tuple[float, float, float]:
     """Return begin and end of the widest level part of a branch, and the rise behind it over its load; 0 if unclear."""
     nothing = math.nan, math.nan, 0.0
-    samples, stroke = slice(start, stop + 1), trace.displacement[stop] - trace.displacement[start]
+    samples = slice(start, stop + 1)
+    stroke = trace.displacement[stop] - trace.displacement[start]
     if stop - start + 1 < FEWEST_OF_BRANCH:
         return nothing
     fraction = (trace.displacement[samples] - trace.displacement[start]) / stroke
@@ -195,12 +197,14 @@ def _level_part(trace: Trace, start: int, stop: int) -> tuple[float, float, floa
     for width in range(bins - 2, FEWEST_LEVEL - 1, -1):
         windows = np.lib.stride_tricks.sliding_window_view(loads[1:-1], width)
         position = np.arange(width) - (width - 1) / 2
-        means, slopes = windows.mean(axis=1), windows @ position / (position @ position)
+        means = windows.mean(axis=1)
+        slopes = windows @ position / (position @ position)
         level = (means > 0) & (np.abs(slopes) * (width - 1) < TILT * means)
         if not level.any():
             continue
         first = int(np.argmin(np.where(level, np.abs(slopes), math.inf)))
-        mean, slope = float(means[first]), float(slopes[first])
+        mean = float(means[first])
+        slope = float(slopes[first])
         residuals = windows[first] - mean - slope * position
         scatter = max(math.sqrt(float(residuals @ residuals) / (width - 2)), noise)
         distance = bins - 2 - first - (width - 1) / 2
@@ -219,8 +223,10 @@ def is_ellipse(trace: Trace, ends: Integers) -> bool:
     both = average_branches(trace, ends)
     if both is None:
         return False
-    forward, back = both[0].median, both[1].median[::-1]
-    height, middle = (forward + back) / 2, (forward - back) / 2
+    forward = both[0].median
+    back = both[1].median[::-1]
+    height = (forward + back) / 2
+    middle = (forward - back) / 2
     position = (2 * np.arange(BINS) + 1) / BINS - 1
     arc = np.sqrt(1 - position**2)
     greatest = float(height @ arc / (arc @ arc))

@@ -10,8 +10,7 @@ from typing import Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
-from historysim.basics.wording import count_text
+from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
 from historysim.errors import InputError
 from historysim.measured.reduction import (
     FEWEST_SAMPLES,
@@ -31,17 +30,12 @@ FEWEST_OF_CURVE = 4  # samples of a branch from which on Mindlin's curve is fitt
 FEWEST_OF_SPLIT = 6  # samples of a branch from which on its compliance is split in two parts
 # standard error of the contact compliance over the total, up to which it is reported
 MOST_ERROR_OF_SPLIT = 0.05
-PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
 FEWEST_OF_PERIOD = 8  # samples of the shortest record that counts as one closed period
 # Largest difference of the load between the ends of a closed period, over the mean height of its
 # loop: half of the half by which a first cycle from rest misses where it slides; and the standard
 # errors of the difference that fit into it.
 CLOSED, CLOSED_ERRORS = 0.25, 2.0
 END_SAMPLES = 40  # samples of a record over those of a line through one of its ends
-# quantile of the moves of the normal load on all branches that is the way of the test, and no step
-USUAL_MOVES = 0.25
-# share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
-AT_REST = 0.05
 
 
 def _check_fraction(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -107,9 +101,6 @@ class Definitions:
 
 DEFAULT = Definitions()
 
-# The quantities of a branch that are read off its sliding part, and do not need the reversal.
-OF_SLIDING = {"friction_force", "normal_load", "friction_coefficient"}
-
 
 @attrs.frozen(eq=False)
 class Trace:
@@ -137,9 +128,6 @@ class Trace:
             return cls(times, moved, load, None)
         samples = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
         return cls(times, moved, load, channel("normal_load", samples, moved.size))
-
-
-# -- where loops are -------------------------------------------------------------------------------
 
 
 def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
@@ -174,7 +162,8 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     displacement between them. At a turn they are not, and noise and two steps of the load are
     allowed.
     """
-    moved, load = trace.displacement, trace.tangential_load
+    moved = trace.displacement
+    load = trace.tangential_load
     if moved.size < FEWEST_OF_PERIOD:
         return None
     moved_steps, load_steps = (
@@ -190,9 +179,9 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     ) / float(np.ptp(moved))
     gap, error = _gap_between_ends(moved, load)
     if math.isnan(gap):
-        gap, height = (
-            load[-1] - load[0],
-            height + (REVERSAL * estimate_white_noise(load) + 2 * float(load_steps.min())) / CLOSED,
+        gap = load[-1] - load[0]
+        height = (
+            height + (REVERSAL * estimate_white_noise(load) + 2 * float(load_steps.min())) / CLOSED
         )
     if max(abs(gap), CLOSED_ERRORS * error) > CLOSED * height:
         return None
@@ -217,7 +206,8 @@ def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
             [samples @ position for samples in ends],
         )
     )
-    moved_noise, load_noise = noise_of_curve(moved), noise_of_curve(load)
+    moved_noise = noise_of_curve(moved)
+    load_noise = noise_of_curve(load)
     still = np.abs(steps[0]) <= CLOSED_ERRORS * moved_noise * math.sqrt(position @ position)
     if steps[0, 0] * steps[0, 1] < 0 and not still.any():
         return math.nan, 0.0
@@ -230,20 +220,17 @@ def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
 
 def enclosed_energy(trace: Trace, start: int, turn: int, stop: int) -> float:
     """Return the energy of a loop, closed by a straight line."""
-    moved, sign = (
-        trace.displacement,
-        1 if trace.displacement[turn] >= trace.displacement[start] else -1,
-    )
-    forth, back = np.arange(start, turn), np.arange(turn, stop + 1)
+    moved = trace.displacement
+    sign = 1 if trace.displacement[turn] >= trace.displacement[start] else -1
+    forth = np.arange(start, turn)
+    back = np.arange(turn, stop + 1)
     # hum that displacement and load have in common encloses nothing in the order of the
     # displacements
     legs = (forth, sign * moved[forth]), (back, -sign * moved[back])
     samples = np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in legs])
-    u, f = moved[samples], trace.tangential_load[samples]
+    u = moved[samples]
+    f = trace.tangential_load[samples]
     return _area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2
-
-
-# -- what is read off a branch ---------------------------------------------------------------------
 
 
 def read_branch(
@@ -256,20 +243,14 @@ def read_branch(
     noisy: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Compute the values of a branch in the order of BRANCH_QUANTITIES, and whether it still rises."""
-    sign, samples = (
-        (-1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0),
-        slice(start_sample, end_sample + 1),
-    )
-    u, f = (
-        sign * (trace.displacement[samples] - trace.displacement[start_sample]),
-        sign * trace.tangential_load[samples],
-    )
+    sign = -1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0
+    samples = slice(start_sample, end_sample + 1)
+    u = sign * (trace.displacement[samples] - trace.displacement[start_sample])
+    f = sign * trace.tangential_load[samples]
     start = (1 - definitions.sliding_part) * u[-1]
     # means are over the displacement, whatever noise and hum made of the order of the samples
-    order, normal_load = (
-        np.argsort(u, kind="stable"),
-        None if trace.normal_load is None else trace.normal_load[samples],
-    )
+    order = np.argsort(u, kind="stable")
+    normal_load = None if trace.normal_load is None else trace.normal_load[samples]
     window = functools.partial(
         _until, definitions.sliding_end * u[-1] if definitions.sliding_end < 1 else math.inf, u
     )
@@ -311,10 +292,8 @@ def read_aperture(
     trace: Trace, load: Floats, start: int, turn: int, stop: int
 ) -> tuple[float, float]:
     """Compute half the range of the load of a loop, and half its width at mid-load; NaN without one."""
-    loads, direction = (
-        load[start : stop + 1],
-        1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0,
-    )
+    loads = load[start : stop + 1]
+    direction = 1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0
     middle = float(loads.max() + loads.min()) / 2
     forth, back = (
         _interpolate(
@@ -334,24 +313,18 @@ def split_compliance(
     u = 2 θμδ z(q) + C (T - T_reversal) by least squares, q from 1 - reached to reached. NaN if samples are too few, or
     their noise leaves a standard error of more than `MOST_ERROR_OF_SPLIT` of the sum.
     """
-    sign, samples = (
-        (-1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0),
-        slice(start_sample, end_sample + 1),
-    )
-    f, reversal_load = (
-        sign * trace.tangential_load[samples],
-        _reversal_load(trace, start_sample, sign),
-    )
+    sign = -1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0
+    samples = slice(start_sample, end_sample + 1)
+    f = sign * trace.tangential_load[samples]
+    reversal_load = _reversal_load(trace, start_sample, sign)
     if not force > reversal_load:
         return math.nan, math.nan
     share = (f - reversal_load) / (force - reversal_load)
     curve = _curve_part(share, reached)
     if curve.size < FEWEST_OF_SPLIT:
         return math.nan, math.nan
-    along, moved = (
-        share[curve],
-        sign * (trace.displacement[samples][curve] - trace.displacement[start_sample]),
-    )
+    along = share[curve]
+    moved = sign * (trace.displacement[samples][curve] - trace.displacement[start_sample])
     terms = np.column_stack([np.ones(along.size), path_fraction(along), along])
     _, bent, straight = estimates = np.linalg.lstsq(terms, moved, rcond=None)[0]
     residuals = moved - terms @ estimates
@@ -361,7 +334,8 @@ def split_compliance(
         / (moved.size - len(estimates))
     )
     # z'(0) = 2/3
-    contact, error = 2 / 3 * bent, 2 / 3 * math.sqrt(covariance[1, 1])
+    contact = 2 / 3 * bent
+    error = 2 / 3 * math.sqrt(covariance[1, 1])
     if error > MOST_ERROR_OF_SPLIT * (contact + straight):
         return math.nan, math.nan
     return float(contact / (force - reversal_load)), float(straight / (force - reversal_load))
@@ -369,7 +343,8 @@ def split_compliance(
 
 def _until(limit: float, u: Floats, values: Floats, order: Integers) -> tuple[Floats, Floats]:
     """Return ordered displacements and values up to a displacement."""
-    along, heights = u[order], values[order]
+    along = u[order]
+    heights = values[order]
     if limit >= along[-1]:
         return along, heights
     inside = int(np.searchsorted(along, limit))
@@ -397,10 +372,12 @@ def _still_rises(position: float, u: Floats, f: Floats, threshold: float) -> boo
 
 def _rise(position: float, u: Floats, f: Floats) -> float:
     """Return the rise of the line through the samples from a position, 0 if scatter explains it."""
-    along, loads = u[math.ceil(position) :], f[math.ceil(position) :]
+    along = u[math.ceil(position) :]
+    loads = f[math.ceil(position) :]
     if along.size < 2 or np.ptp(along) == 0:
         return 0.0
-    slope, across = _slope(along, loads), along - along.mean()
+    slope = _slope(along, loads)
+    across = along - along.mean()
     residuals = loads - loads.mean() - slope * across
     error = (
         math.sqrt(float(residuals @ residuals) / (along.size - 2) / float(across @ across))
@@ -450,7 +427,8 @@ def _crossing(values: Floats, level: float) -> float:
         return math.nan
     if index == 0:
         return 0.0
-    low, high = values[index - 1], values[index]
+    low = values[index - 1]
+    high = values[index]
     return index - 1 + float((level - low) / (high - low))
 
 
@@ -485,120 +463,3 @@ def _slope(x: Floats, y: Floats) -> float:
 def _area(u: Floats, f: Floats) -> float:
     """Return ∫ f du along samples, by the trapezoidal rule."""
     return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
-
-
-# -- at which normal load --------------------------------------------------------------------------
-
-
-@attrs.frozen(eq=False)
-class AtOneLoad:
-    """Loops with at least one branch at constant normal load."""
-
-    number: Integers  #: (loop) Which loop of the record each one is
-    ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
-    #: (loop, 2) Whether the first and the second branch of each loop have no values
-    left_out: Booleans
-    stepped: Booleans  #: (loop, 2) Whether they begin with a step of the load
-    notes: tuple[str, ...] = ()  #: what was left out, and why
-
-
-def at_one_load(
-    trace: Trace,
-    number: Integers,
-    ends: Integers,
-    lone: tuple[int, int] | None,
-    *,
-    dead_band: float,
-    share: float,
-) -> AtOneLoad:
-    """Select the loops with a branch at constant load; `lone` are the ends of a whole branch after the last loop.
-
-    A branch on which the load moves by more than the share, beyond what it moves on most branches,
-    is at no one load.
-    """
-    none = np.zeros((number.size, 2), dtype=np.bool_)
-    if trace.normal_load is None:
-        return AtOneLoad(number, ends, none, none)
-    branches = [loop[branch : branch + 2] for loop in ends for branch in (0, 1)] + (
-        [lone] if lone else []
-    )
-    moves = np.array(
-        [_load_moves(trace, int(start), int(stop), dead_band) for start, stop in branches]
-    )
-    *of_loops, lone_move = np.split(moves, [2 * number.size])
-    on_the_way, with_rest = np.moveaxis(of_loops[0].reshape(-1, 2, 2), -1, 0)
-    usual_move = float(np.quantile(on_the_way, USUAL_MOVES))
-    limit_of_move = share + usual_move
-    moved, stepped = on_the_way > limit_of_move, with_rest > limit_of_move
-    limit = f"{100 * share:.3g} % (load_share)"
-    notes = []
-    if usual_move > share:
-        notes.append(
-            f"the normal load moves by {100 * usual_move:.3g} % of its greatest value or more on three branches of "
-            f"four, over {limit}: those are not left out"
-        )
-    if not stepped.any():
-        return AtOneLoad(number, ends, none, none, tuple(notes))
-    if moved.any():
-        low, high = (f"{100 * float(of(on_the_way[moved])):.3g} %" for of in (np.min, np.max))
-        count, by = (
-            count_text(int(moved.sum()), "branch is", "branches are"),
-            low if low == high else f"{low} to {high}",
-        )
-        notes.append(
-            f"{count} left out, on which the normal load moves by {by} of its greatest value, over {limit}"
-        )
-    if begun := int((stepped & ~moved).sum()):
-        notes.append(
-            f"{count_text(begun, 'branch begins', 'branches begin')} with a step of the normal load of more than "
-            f"{limit}: without preliminary displacement and stiffness"
-        )
-    if lone is not None and lone_move[0, 0] <= limit_of_move:
-        number = np.append(number, number[-1] + 1)
-        ends = np.vstack([ends, [*lone, trace.displacement.size - 1]])
-        moved, stepped = (
-            np.vstack([moved, [False, True]]),
-            np.vstack([stepped, [lone_move[0, 1] > limit_of_move, True]]),
-        )
-    selected = ~moved.all(axis=1)
-    return AtOneLoad(
-        number[selected], ends[selected], moved[selected], stepped[selected], tuple(notes)
-    )
-
-
-def _load_moves(
-    trace: Trace, start_sample: int, end_sample: int, dead_band: float
-) -> tuple[float, float]:
-    """Return the range of N over its largest value on the moving part of a branch, and including the rest before."""
-    displacement, normal_load = trace.displacement, trace.normal_load
-    assert normal_load is not None  # noqa: S101 - its caller has looked
-    start, end = displacement[start_sample], displacement[end_sample]
-    near = min(dead_band, AT_REST * abs(end - start))
-    rest_start = start_sample - _rest_length(displacement[:start_sample][::-1], start, near)
-    move_start = start_sample + _rest_length(
-        displacement[start_sample + 1 : end_sample], start, near
-    )
-    move_end = end_sample - _rest_length(displacement[move_start + 1 : end_sample][::-1], end, near)
-    return _relative_range(normal_load[move_start : move_end + 1]), _relative_range(
-        normal_load[rest_start : move_end + 1]
-    )
-
-
-def _rest_length(displacement: Floats, centre: float, near: float) -> int:
-    """Return the number of samples up to the first one that is not near a displacement."""
-    count = 64
-    while True:
-        far = np.abs(displacement[:count] - centre) > near
-        if far.any():
-            return int(far.argmax())
-        if count >= displacement.size:
-            return displacement.size
-        count *= 8
-
-
-def _relative_range(load: Floats) -> float:
-    count = min(PARTS, load.size)
-    begins = np.arange(count) * load.size // count
-    means = np.add.reduceat(load, begins) / np.diff(begins, append=load.size)
-    greatest = float(np.abs(means).max())
-    return float(np.ptp(means)) / greatest if greatest > 0 else 0.0

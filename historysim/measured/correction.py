@@ -247,7 +247,8 @@ def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ..
     lines = []
     threshold = LEAST_HUM * float(power.sum())
     for peak in _peaks_above(power, threshold):
-        lower, right = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
+        lower = power[peak - _ASIDE : peak - _LOBE]
+        right = power[peak + _LOBE + 1 :][:_ASIDE]
         # on a slope the higher side counts, lest the bend of a branch be taken for a line
         floor = max(float(np.median(side)) for side in (lower, right) if side.size)
         squared = 4 * float(np.sum(power[peak - _LOBE : peak + _LOBE + 1] - floor)) / length

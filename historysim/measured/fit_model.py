@@ -51,7 +51,8 @@ def _with_parameters(ensemble: Body, values: Mapping[str, float]) -> Body:
         coefficient = float(np.ravel(friction)[0])
         return ensemble.with_parameters(pair, coefficient)
     summits = require_asperities(ensemble)
-    height, mean = summits.summit_height, summits.summit_height.mean()
+    height = summits.summit_height
+    mean = summits.summit_height.mean()
     stretched = mean + values.get("height_scale", 1.0) * (height - mean)
     return Ensemble(pair, stretched, summits.summit_radius, friction, tolerance=ensemble.tolerance)
 

@@ -15,9 +15,11 @@ from historysim.basics.units import UNIT_OF, quantity_text
 from historysim.basics.wording import count_text
 from historysim.errors import UnlikelyValueWarning
 from historysim.measured import intervals
-from historysim.measured.comparison import ModelResponse, Observation, compute_residuals
 from historysim.measured.intervals import student_factor
 from historysim.measured.loop_table import CONFIDENCE
+from historysim.measured.observation import Observation
+from historysim.measured.residuals import compute_residuals
+from historysim.measured.response import ModelResponse
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, OFFSET, Model, Search, SearchResult
 
 MOST_CORRELATED = 0.99  # correlation of two parameters above which the data do not distinguish them
@@ -69,7 +71,8 @@ class Parameter:
 
     def interval(self, unit: float = 1.0) -> str:
         """Return the confidence interval as a string, in a unit of that many SI units."""
-        determined, digits = self._is_determined(self.low, self.high), self._digits
+        determined = self._is_determined(self.low, self.high)
+        digits = self._digits
         low, high = (f"{bound / unit:.{digits}g}" for bound in (self.low, self.high))
         return f"95 %: {low} to {high}" if determined else "95 %: not determined"
 
@@ -99,13 +102,15 @@ class Parameter:
     @property
     def _digits(self) -> int:
         """Significant digits of value and interval: an offset may be much larger than its interval."""
-        width, size = self.high - self.low, max(abs(self.low), abs(self.high))
+        width = self.high - self.low
+        size = max(abs(self.low), abs(self.high))
         if self.name != OFFSET or not 0 < width < math.inf:
             return 6
         return min(max(6, 3 + math.ceil(math.log10(size / width))), 15)
 
     def _range(self, low: float, high: float) -> str:
-        determined, digits = self._is_determined(low, high), self._digits
+        determined = self._is_determined(low, high)
+        digits = self._digits
         return (
             f"{self.value_text(low, digits)} to {self.value_text(high, digits)}"
             if determined
@@ -220,13 +225,12 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
     # without effect
     reach = np.where(np.any(result.slopes, axis=0), np.maximum(reach, by_noise), by_noise)
     # other minima that are as deep but for chance are as likely
-    reach, by_noise = np.maximum(reach, result.spread), np.maximum(by_noise, result.spread)
+    reach = np.maximum(reach, result.spread)
+    by_noise = np.maximum(by_noise, result.spread)
     # an offset of the whole displacement range or more is unknown
     undetermined = (np.array(names) == OFFSET) & (reach > FARTHEST)
-    reach, by_noise = (
-        np.where(undetermined, math.inf, reach),
-        np.where(undetermined, math.inf, by_noise),
-    )
+    reach = np.where(undetermined, math.inf, reach)
+    by_noise = np.where(undetermined, math.inf, by_noise)
     correlation = covariance / np.outer(deviation, deviation)
     centre = result.unknowns[:count]
     ends = [centre + sign * width for width in (reach, by_noise) for sign in (-1, 1)]
@@ -234,7 +238,8 @@ def _evaluate(search: Search, result: SearchResult, outliers: int = 0) -> Parame
     minimum = result.converged and not limit.any()
     if not minimum:
         # an interval around a point that is not a minimum would be wrong
-        reach, ends = np.zeros_like(reach), [np.full(count, math.nan)] * 4
+        reach = np.zeros_like(reach)
+        ends = [np.full(count, math.nan)] * 4
     columns = search.to_values(np.array([centre, *ends])).T.tolist()
     parameters = tuple(
         Parameter(name, *numbers) for name, numbers in zip(names, columns, strict=True)

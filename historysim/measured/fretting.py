@@ -101,79 +101,80 @@ class Cycles:
 
 
 @attrs.frozen
-class FrettingQuantity:
-    """A quantity of a fretting cycle."""
+class FrettingQuantity(LoopQuantity):
+    """Declaration of a quantity of a fretting cycle, with its formula."""
 
-    label: str
-    unit: str  #: SI
-    definition: str
-    compute: Callable[[Cycles], Floats]
+    compute: Callable[[Cycles], Floats] = attrs.field(kw_only=True)
 
 
 QUANTITIES = {
     "displacement_amplitude": FrettingQuantity(
-        "displacement amplitude δ*", "m", "half the stroke of the contact", lambda c: c.displacement
+        "displacement amplitude δ*",
+        "m",
+        "half the stroke of the contact",
+        compute=lambda c: c.displacement,
     ),
     "load_amplitude": FrettingQuantity(
-        "load amplitude Q*", "N", "half the range of T", lambda c: c.load
+        "load amplitude Q*", "N", "half the range of T", compute=lambda c: c.load
     ),
     "slip_amplitude": FrettingQuantity(
         "slip amplitude δ_s",
         "m",
         "δ* less the displacement recovered from Q* to Q = 0",
-        lambda c: c.slip,
+        compute=lambda c: c.slip,
     ),
     "energy_friction_coefficient": FrettingQuantity(
         "energy friction coefficient μ_e",
         "1",
         "E/(4 δ* P)",
-        lambda c: c.energy / (4 * c.displacement * c.pressing),
+        compute=lambda c: c.energy / (4 * c.displacement * c.pressing),
     ),
     "slip_friction_coefficient": FrettingQuantity(
         "energy friction coefficient over slip",
         "1",
         "E/(4 δ_s P)",
-        lambda c: c.energy / (4 * c.slip * c.pressing),
+        compute=lambda c: c.energy / (4 * c.slip * c.pressing),
     ),
     "sliding_ratio": FrettingQuantity(
         "sliding ratio D",
         "1",
         f"δ_s/δ*, {TRANSITION_D:.2f} at the transition",
-        lambda c: c.slip / c.displacement,
+        compute=lambda c: c.slip / c.displacement,
     ),
     "energy_ratio": FrettingQuantity(
         "energy ratio A",
         "1",
         f"E/(4 Q* δ*), {TRANSITION_A:.2f} at the transition",
-        lambda c: c.energy / (4 * c.load * c.displacement),
+        compute=lambda c: c.energy / (4 * c.load * c.displacement),
     ),
     "system_free_ratio": FrettingQuantity(
         "system-free energy ratio B",
         "1",
         f"E/(4 Q* δ_s), {TRANSITION_B:.2f} at the transition",
-        lambda c: c.energy / (4 * c.load * c.slip),
+        compute=lambda c: c.energy / (4 * c.load * c.slip),
     ),
     "total_compliance": FrettingQuantity(
-        "compliance at reversal", "m N-1", "contact and system in series", lambda c: c.total
+        "compliance at reversal", "m N-1", "contact and system in series", compute=lambda c: c.total
     ),
     "contact_compliance": FrettingQuantity(
         "contact compliance",
         "m N-1",
         "of the part of a branch that follows Mindlin's curve",
-        lambda c: c.contact,
+        compute=lambda c: c.contact,
     ),
     "system_compliance": FrettingQuantity(
         "system compliance",
         "m N-1",
         "of the part of a branch that is linear in T",
-        lambda c: c.system,
+        compute=lambda c: c.system,
     ),
 }
 
 
 def _classify(values: Mapping[str, Floats]) -> Integers:
     """Return the fretting regime of each loop: its index in `REGIMES`, or -1."""
-    a, b = values["energy_ratio"], values["system_free_ratio"]
+    a = values["energy_ratio"]
+    b = values["system_free_ratio"]
     with np.errstate(invalid="ignore"):
         regimes = np.select([a < STICK, b > TRANSITION_B, b <= TRANSITION_B], [0, 2, 1], UNKNOWN)
     return regimes.astype(np.int64)
@@ -252,7 +253,8 @@ class Fretting:
 
     def text(self, quantity: str) -> str:
         """Return mean ± standard deviation of a cycle, with the interval of the mean."""
-        unit, interval = QUANTITIES[quantity].unit, self.interval(quantity)
+        unit = QUANTITIES[quantity].unit
+        interval = self.interval(quantity)
         statistics = self.statistics(quantity)
         text = statistics.text(unit, self._mean_values(quantity).size)
         return text if interval is None else text + interval_text(statistics.mean, *interval, unit)
@@ -293,16 +295,8 @@ class Fretting:
         import xarray as xr
 
         variables = {
-            name: (
-                self.along,
-                self.values[name],
-                {
-                    "long_name": description.label,
-                    "units": description.unit,
-                    "comment": description.definition,
-                },
-            )
-            for name, description in QUANTITIES.items()
+            name: (self.along, self.values[name], quantity.attributes)
+            for name, quantity in QUANTITIES.items()
         }
         intervals = {name: self.interval(name) for name in QUANTITIES}
         return xr.Dataset(
@@ -327,11 +321,7 @@ class Fretting:
 def by_load(loops: LoopValues) -> LoopTable:
     """Return statistics of the fretting quantities of large loops, a row for each normal load."""
     values = Fretting.from_loops(loops).values
-    quantities = {
-        name: LoopQuantity(description.label, description.unit, values[name])
-        for name, description in QUANTITIES.items()
-    }
-    return attrs.evolve(loops.by_load(), quantities=quantities)
+    return attrs.evolve(loops.by_load(), quantities=QUANTITIES, values=values)
 
 
 def run_rows(runs: Mapping[int, LoopValues]) -> list[tuple[str, ...]]:

@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
+from historysim.measured.roots import find_root
 
 FEWEST_LOOPS = 3  # fewest loops whose scatter is used
 FEWEST_FOR_DRIFT = 6  # fewest loops that distinguish drift from scatter
@@ -54,17 +55,16 @@ def compute_wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     if moves.size < FEWEST_FOR_DRIFT:
         return Wander(reach, math.nan, math.nan, drifts=False, correlation=correlation)
     line = TrendLine(share, trend=True)
-    line_correlation, root = line.correlation(moves), math.sqrt(line.variance(moves))
+    line_correlation = line.correlation(moves)
+    root = math.sqrt(line.variance(moves))
     rise = float(line.rise @ moves)
     chance = line.tail_probability(line.rise, line_correlation)
     least_root = max(root, abs(rise) / _MOST_ROOTS)
     drifts = rise != 0 and chance(math.log(abs(rise) / least_root)) < 1 - SURE
     rise_reach = root * line.critical_value(line.rise, line_correlation, confidence)
     if drifts:
-        reach, correlation = (
-            root * line.critical_value(line.sum, line_correlation, confidence),
-            line_correlation,
-        )
+        reach = root * line.critical_value(line.sum, line_correlation, confidence)
+        correlation = line_correlation
     return Wander(reach, rise, rise_reach, drifts=drifts, correlation=correlation)
 
 
@@ -83,9 +83,10 @@ def compute_half_width(
     pieces are branches, alternately forward and backward, which may differ by an offset of the
     load; with `line` the record drifts.
     """
-    from scipy import optimize, special
+    from scipy import special
 
-    root, position = np.sqrt(share), np.cumsum(share) - share / 2
+    root = np.sqrt(share)
+    position = np.cumsum(share) - share / 2
     turn = np.where(np.arange(share.size) % 2, -1.0, 1.0)
     fitted = np.column_stack(
         [
@@ -96,7 +97,8 @@ def compute_half_width(
     )
     complement = np.linalg.qr(fitted, mode="complete")[0][:, fitted.shape[1] :]
     residuals = complement.T @ (moves / root)
-    count, squares = residuals.size, float(residuals @ residuals)
+    count = residuals.size
+    squares = float(residuals @ residuals)
     if squares <= (1e-12 * np.abs(moves).max(initial=0.0)) ** 2:
         return 0.0
     lag = np.abs(np.subtract.outer(np.arange(share.size), np.arange(share.size)))
@@ -141,7 +143,7 @@ def compute_half_width(
     upper = float((np.abs(centre) + deviation).max())
     while inside(upper) < 0:
         upper *= 2
-    return float(optimize.brentq(inside, 0.0, upper, rtol=1e-6))
+    return find_root(inside, 0.0, upper, 1e-6 * upper)
 
 
 def student_factor(freedom: float, confidence: float) -> float:
@@ -199,7 +201,8 @@ class TrendLine:
         position = position - share @ position
         basis = np.column_stack([np.ones(count), position])[:, : 2 if trend else 1]
         weighted = share[:, None] * basis
-        self._share, self._root = share, np.sqrt(share)
+        self._share = share
+        self._root = np.sqrt(share)
         self._detrend = np.eye(count) - weighted @ np.linalg.solve(basis.T @ weighted, basis.T)
         ends = np.cumsum(self._detrend, axis=0)
         starts = np.vstack([np.zeros(count), ends[:-1]])
@@ -217,8 +220,6 @@ class TrendLine:
 
     def correlation(self, moves: Floats) -> float:
         """Estimate ρ between neighbouring pieces plus one standard error, 0 or more."""
-        from scipy.optimize import brentq
-
         residuals = self._detrend @ moves / self._root
         squares = float(residuals @ residuals)
         if squares <= (1e-12 * np.abs(moves).max(initial=0.0)) ** 2:
@@ -238,17 +239,13 @@ class TrendLine:
             return _MOST_CORRELATED
         at_zero = excess_correlation(0.0)
         estimate = (
-            -at_zero
-            if at_zero >= 0
-            else float(brentq(excess_correlation, 0, _MOST_CORRELATED, xtol=1e-3))
+            -at_zero if at_zero >= 0 else find_root(excess_correlation, 0.0, _MOST_CORRELATED, 1e-3)
         )
         error = math.sqrt(max(1 - estimate**2, 0.0) / moves.size)
         return min(max(estimate + error, 0.0), _MOST_CORRELATED)
 
     def critical_value(self, weights: Floats, correlation: float, confidence: float) -> float:
         """Compute c such that ± c √V is the interval of a weighted sum of the influence values (piece)."""
-        from scipy.optimize import brentq
-
         tail = self.tail_probability(weights, correlation)
         outside = 1 - confidence
         largest = math.log(_MOST_ROOTS)
@@ -256,12 +253,13 @@ class TrendLine:
             # one piece has nearly all the information, so the others show no scatter
             return math.inf
         bracket = math.log(1e-2), largest
-        return math.exp(float(brentq(lambda at: tail(at) - outside, *bracket, xtol=1e-4)))
+        return math.exp(find_root(lambda at: tail(at) - outside, *bracket, 1e-4))
 
     def tail_probability(self, weights: Floats, correlation: float) -> Callable[[float], float]:
         """Return the probability that a weighted sum of influence values exceeds c √V, as a function of log c."""
         independent = np.linalg.cholesky(self._covariance(correlation))
-        along, form = independent.T @ weights, independent.T @ self._form @ independent
+        along = independent.T @ weights
+        form = independent.T @ self._form @ independent
         squared = np.outer(along, along)
 
         def probability(logarithm: float) -> float:

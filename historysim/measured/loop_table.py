@@ -117,7 +117,8 @@ def straight_line(x: Floats, y: Floats) -> StraightLine:
             for error in (line.stderr, line.intercept_stderr)
         ]
         reach = [student_factor(x.size - 2, CONFIDENCE) * error for error in errors]
-    slope, intercept = float(line.slope), float(line.intercept)
+    slope = float(line.slope)
+    intercept = float(line.intercept)
     return StraightLine(
         slope,
         slope - reach[0],
@@ -141,11 +142,21 @@ def power_law(x: Floats, values: Floats) -> PowerLawFit:
 
 @attrs.frozen
 class LoopQuantity:
-    """Label, unit and values of a quantity."""
+    """Declaration of a quantity of loops, from which texts, rows of tables and variables follow."""
 
     label: str
     unit: str  #: SI
-    values: Floats = attrs.field(eq=False)  #: (loop) NaN where there is none
+    definition: str = ""
+    needs_slip: bool = False  #: whether it is a lower bound where a branch does not come to slide
+    #: whether it is read off the beginning of a branch, and not off sliding
+    needs_reversal: bool = False
+    is_gap: bool = False  #: whether it shows that a loop does not close, and has no mean
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of its variable in a Dataset."""
+        attributes = {"long_name": self.label, "units": self.unit}
+        return attributes | ({"comment": self.definition} if self.definition else {})
 
 
 @attrs.frozen(eq=False)
@@ -156,6 +167,7 @@ class LoopTable:
     value: Floats  #: (group) Its mean over the loops of each group, ascending [N or m]
     members: tuple[Integers, ...]  #: (group) Which of the loops, by position, are in each group
     quantities: Mapping[str, LoopQuantity]
+    values: Mapping[str, Floats]  #: (loop) or (loop, direction) of each quantity; NaN without one
     directions: tuple[str, ...]  #: the names of the directions of branches
     #: how the loops were found, for files
     attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)
@@ -173,22 +185,21 @@ class LoopTable:
 
     def statistics(self, quantity: str, direction: str = BOTH) -> tuple[LoopStatistics, ...]:
         """Return mean and scatter of a quantity in each group; "both" is the mean of the two branches of each loop."""
-        values = self.quantities[quantity].values
+        values = self.values[quantity]
         if direction != BOTH and values.ndim == 2:
             values = values[:, self.directions.index(direction)]
         return tuple(LoopStatistics.from_values(values[members]) for members in self.members)
 
     def _by_direction(self, quantity: str) -> list[tuple[LoopStatistics, ...]]:
-        directions = (
-            (*self.directions, BOTH) if self.quantities[quantity].values.ndim == 2 else (BOTH,)
-        )
+        of_branch = self.values[quantity].ndim == 2
+        directions = (*self.directions, BOTH) if of_branch else (BOTH,)
         return [self.statistics(quantity, direction) for direction in directions]
 
     def means(self, quantity: str) -> Floats:
         """Return the mean of a quantity in each group (group), of single branches if no loop has both."""
         means = np.array([statistics.mean for statistics in self.statistics(quantity)])
         for group in np.flatnonzero(np.isnan(means)):
-            values = self.quantities[quantity].values[self.members[group]]
+            values = self.values[quantity][self.members[group]]
             finite = values[np.isfinite(values)]
             means[group] = finite.mean() if finite.size else np.nan
         return means
@@ -276,36 +287,27 @@ class LoopTable:
         """
         import xarray as xr
 
-        dimension, heading = DIMENSIONS[self.along], HEADINGS[self.along]
+        dimension = DIMENSIONS[self.along]
+        heading = HEADINGS[self.along]
         laws = {
             "friction_line": self.friction_line(),
             **{name: self.power_law(name) for name in _POWERS},
         }
         variables = {}
-        for name, description in self.quantities.items():
+        for name, quantity in self.quantities.items():
             by_direction = self._by_direction(name)
-            for field, unit in (
-                ("mean", description.unit),
-                ("standard_deviation", description.unit),
-                ("count", "1"),
-            ):
+            dims = (dimension, "direction") if len(by_direction) > 1 else (dimension,)
+            for field in attrs.fields_dict(LoopStatistics):
                 suffix = "" if field == "mean" else f"_{field}"
-                values = np.array(
-                    [
-                        [getattr(statistics, field) for statistics in groups]
-                        for groups in by_direction
-                    ]
-                ).T
-                dims = (dimension, "direction") if description.values.ndim == 2 else (dimension,)
+                values = [
+                    [getattr(statistics, field) for statistics in groups] for groups in by_direction
+                ]
                 attributes = {
-                    "long_name": f"{description.label}{suffix.replace('_', ' ')}",
-                    "units": unit,
+                    "long_name": f"{quantity.label}{suffix.replace('_', ' ')}",
+                    "units": "1" if field == "count" else quantity.unit,
                 }
-                variables[f"{name}{suffix}"] = (
-                    dims,
-                    values if len(dims) == 2 else values[:, 0],
-                    attributes,
-                )
+                column = np.array(values).T if len(dims) == 2 else np.array(values[0])
+                variables[f"{name}{suffix}"] = dims, column, attributes
         return xr.Dataset(
             variables,
             coords={
@@ -342,7 +344,8 @@ def energy_law(amplitude: Floats, energy: Floats) -> tuple[PowerLawFit, int] | N
     factor of two.
     """
     positive = (energy > 0) & (amplitude > 0)
-    amplitude, energy = amplitude[positive], energy[positive]
+    amplitude = amplitude[positive]
+    energy = energy[positive]
     group = same_load(amplitude, ONE_AMPLITUDE)
     if group.size == 0 or group.max() < 2 or amplitude.max() < 2 * amplitude.min():
         return None
@@ -364,7 +367,8 @@ def same_load(normal_load: Floats, share: float) -> Integers:
     number, lowest = -1, -np.inf
     for loop in finite[np.argsort(normal_load[finite], kind="stable")]:
         if number < 0 or normal_load[loop] - lowest > share * abs(normal_load[loop]):
-            number, lowest = number + 1, normal_load[loop]
+            number = number + 1
+            lowest = normal_load[loop]
         group[loop] = number
     return group
 

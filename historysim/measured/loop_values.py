@@ -34,30 +34,29 @@ Direction = Literal["forward", "backward", "both"]
 
 DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
 
-# what each quantity is called, and its unit
 BRANCH_QUANTITIES = {
-    "friction_force": ("friction force", "N"),
-    "normal_load": ("normal load", "N"),
-    "friction_coefficient": ("friction coefficient", "1"),
-    "preliminary_displacement": ("preliminary displacement", "m"),
-    "displacement_from_zero_load": ("displacement from zero load", "m"),
-    "virgin_displacement": ("virgin displacement θμδ", "m"),
-    "tangential_stiffness": ("stiffness at reversal", "N m-1"),
+    "friction_force": LoopQuantity("friction force", "N", needs_slip=True),
+    "normal_load": LoopQuantity("normal load", "N"),
+    "friction_coefficient": LoopQuantity("friction coefficient", "1", needs_slip=True),
+    "preliminary_displacement": LoopQuantity(
+        "preliminary displacement", "m", needs_slip=True, needs_reversal=True
+    ),
+    "displacement_from_zero_load": LoopQuantity(
+        "displacement from zero load", "m", needs_slip=True, needs_reversal=True
+    ),
+    "virgin_displacement": LoopQuantity(
+        "virgin displacement θμδ", "m", needs_slip=True, needs_reversal=True
+    ),
+    "tangential_stiffness": LoopQuantity("stiffness at reversal", "N m-1", needs_reversal=True),
 }
-# The quantities of a branch that are lower bounds where it does not come to slide.
-OF_SLIP = (
-    "friction_force",
-    "friction_coefficient",
-    "preliminary_displacement",
-    "displacement_from_zero_load",
-    "virgin_displacement",
-)
 LOOP_QUANTITIES = {
-    "dissipated_energy": ("energy per loop", "J"),
-    "displacement_gap": ("gap in displacement", "m"),
-    "tangential_load_gap": ("gap in tangential load", "N"),
+    "dissipated_energy": LoopQuantity("energy per loop", "J"),
+    "displacement_gap": LoopQuantity("gap in displacement", "m", is_gap=True),
+    "tangential_load_gap": LoopQuantity("gap in tangential load", "N", is_gap=True),
 }
 QUANTITIES = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
+# quantities with a mean
+MEAN_QUANTITIES = {name: quantity for name, quantity in QUANTITIES.items() if not quantity.is_gap}
 
 CONTENT = "friction loops"  # value of the attribute ``content`` of a file of loops
 CLEARLY_ABOVE = 3.0  # standard errors by which height and energy of friction loops are above 0
@@ -177,7 +176,8 @@ class LoopValues:
     @functools.cached_property
     def no_friction(self) -> tuple[tuple[Integers, str], ...]:
         """Classes of loops that are no friction loops: their positions, and a note that gives the reason."""
-        levels, classes = self.load_level[self.large], []
+        levels = self.load_level[self.large]
+        classes = []
         if self._has_damper:
             everyone = np.arange(len(self))
             reason = "their energy is proportional to the square of the amplitude, and their load to the amplitude"
@@ -202,10 +202,8 @@ class LoopValues:
                     else ""
                 )
                 where = f"at {load} " if load else ""
-            many, are = (
-                count_text(members.size, "loop", "loops"),
-                "is no" if members.size == 1 else "are no",
-            )
+            many = count_text(members.size, "loop", "loops")
+            are = "is no" if members.size == 1 else "are no"
             classes.append((members, f"{many} {where}{are} friction: {reason}"))
         return tuple(classes)
 
@@ -296,11 +294,14 @@ class LoopValues:
         if quantity not in QUANTITIES:
             raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(QUANTITIES)}")
         values: Floats = getattr(self, quantity)
-        return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
+        if not QUANTITIES[quantity].needs_slip:
+            return values
+        return np.where(self.rising_branches, math.nan, values)
 
     def _friction_values(self, quantity: str, values: Floats) -> Floats:
         """Return values of a quantity, NaN for loops that are not friction."""
-        if quantity not in {*OF_SLIP, "tangential_stiffness"}:
+        declared = QUANTITIES[quantity]
+        if not (declared.needs_slip or declared.needs_reversal):
             return values
         return np.where(self.is_friction[:, None], values, math.nan)
 
@@ -343,16 +344,17 @@ class LoopValues:
         )
 
     def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
-        quantities = {
-            name: LoopQuantity(label, unit, self._friction_values(name, self._sliding_values(name)))
-            for name, (label, unit) in QUANTITIES.items()
-            if not name.endswith("_gap")
+        values = {
+            name: self._friction_values(name, self._sliding_values(name))
+            for name in MEAN_QUANTITIES
         }
-        return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
+        attributes = self._attributes()
+        return LoopTable(along, value, members, MEAN_QUANTITIES, values, DIRECTIONS, attributes)
 
     def _attributes(self) -> dict[str, str | float | int]:
         """Return the definitions of the loops as attributes for files."""
-        shares, without = self.definitions, "; ".join(text for _, text in self.no_friction)
+        shares = self.definitions
+        without = "; ".join(text for _, text in self.no_friction)
         attributes: dict[str, str | float | int] = {
             "no_friction": without,
             "dead_band": self.dead_band,

@@ -15,10 +15,8 @@ from historysim.errors import InputError
 from historysim.measured import branch_shape
 from historysim.measured.branches import (
     DEFAULT,
-    OF_SLIDING,
     Definitions,
     Trace,
-    at_one_load,
     closed_period,
     enclosed_energy,
     loop_ends,
@@ -26,14 +24,13 @@ from historysim.measured.branches import (
     reversal_factor,
     zero_load_factor,
 )
+from historysim.measured.constant_load import at_one_load
 from historysim.measured.fretting import Fretting
 from historysim.measured.loop_table import interval_text
 from historysim.measured.loop_values import (
     BRANCH_QUANTITIES,
     CONTENT,
     DIRECTIONS,
-    LOOP_QUANTITIES,
-    OF_SLIP,
     QUANTITIES,
     ROUNDING,
     Direction,
@@ -71,7 +68,7 @@ class Loops(LoopValues):
             "preliminary_displacement",
             "dissipated_energy",
         )
-        texts = [f"{QUANTITIES[name][0]} {self.text(name, QUANTITIES[name][1])}" for name in names]
+        texts = [f"{QUANTITIES[name].label} {self.text(name)}" for name in names]
         return f"<Loops: {', '.join([count_text(len(self), 'loop', 'loops'), *texts])}>"
 
     def _repr_html_(self) -> str:
@@ -96,7 +93,8 @@ class Loops(LoopValues):
             if length > 0
             else ""
         )
-        large, threshold = int(self.large.sum()), self.definitions.amplitude_share
+        large = int(self.large.sum())
+        threshold = self.definitions.amplitude_share
         of = f"{large:,} of {count_text(len(self), 'loop', 'loops')}"
         small = (
             ""
@@ -148,30 +146,30 @@ class Loops(LoopValues):
             ),
         ]
 
-    def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
+    def text(self, quantity: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a string, "–" if it is not friction; see `statistics`."""
         count = int(self.large.sum())
-        statistics = self._statistics(
-            self._friction_values(quantity, self._sliding_values(quantity)), direction
-        )
-        if statistics.count or quantity not in OF_SLIP:
-            return statistics.text(unit, count)
+        values = self._friction_values(quantity, self._sliding_values(quantity))
+        statistics = self._statistics(values, direction)
+        declared = QUANTITIES[quantity]
+        if statistics.count or not declared.needs_slip:
+            return statistics.text(declared.unit, count)
         # nothing slid: what there is, is a lower bound
         bound = self._statistics(
             self._friction_values(quantity, getattr(self, quantity)), direction
         )
-        return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
+        text = bound.text(declared.unit, count)
+        return f"≥ {text}" if bound.count else text
 
-    def _text_with_interval(self, quantity: str, unit: str) -> str:
+    def _text_with_interval(self, quantity: str) -> str:
         """Return the text of a quantity over both directions, with the interval of its mean where it has one."""
-        text, wander, mean = (
-            self.text(quantity, unit),
-            self.wander(quantity),
-            self.statistics(quantity).mean,
-        )
+        text = self.text(quantity)
+        wander = self.wander(quantity)
         if text == "–" or wander is None or len(self.by_load()) > 1:
             return text
-        return text + interval_text(mean, mean - wander.reach, mean + wander.reach, unit)
+        mean = self.statistics(quantity).mean
+        ends = mean - wander.reach, mean + wander.reach
+        return text + interval_text(mean, *ends, QUANTITIES[quantity].unit)
 
     @functools.cached_property
     def fretting(self) -> Fretting:
@@ -185,21 +183,23 @@ class Loops(LoopValues):
         are three loops or more at one load, and the largest of the gaps without its sign.
         """
         table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
-        for name, (label, unit) in BRANCH_QUANTITIES.items():
-            forward, backward = (self.text(name, unit, direction) for direction in DIRECTIONS)
-            table.append((label, forward, backward, self._text_with_interval(name, unit)))
-        for name, (label, unit) in LOOP_QUANTITIES.items():
-            if name.endswith("_gap"):
-                gaps = np.abs(getattr(self, name))
-                text = (
-                    quantity_text(float(np.nanmax(gaps)), unit) if np.isfinite(gaps).any() else "–"
-                )
-                table.append((f"largest {label}", "", "", text))
-            else:
-                table.append((label, "", "", self._text_with_interval(name, unit)))
+        for name, quantity in QUANTITIES.items():
+            if quantity.is_gap:
+                table.append((f"largest {quantity.label}", "", "", self._largest_text(name)))
+                continue
+            forward = backward = ""
+            if name in BRANCH_QUANTITIES:
+                forward, backward = (self.text(name, direction) for direction in DIRECTIONS)
+            table.append((quantity.label, forward, backward, self._text_with_interval(name)))
         skipped = f", {self.number[0]} before them skipped" if self.number[0] else ""
         table.append(("loops", "", "", f"{len(self)}{skipped}"))
         return table
+
+    def _largest_text(self, quantity: str) -> str:
+        sizes = np.abs(getattr(self, quantity))
+        if not np.isfinite(sizes).any():
+            return "–"
+        return quantity_text(float(np.nanmax(sizes)), QUANTITIES[quantity].unit)
 
     def to_dataset(self) -> "xr.Dataset":
         """Return all quantities as a Dataset with the dimensions loop and direction, and the definitions in words.
@@ -211,15 +211,13 @@ class Loops(LoopValues):
 
         time = self.trace.time
         fretting = self.fretting.to_dataset()
-        dims = {
-            **dict.fromkeys(BRANCH_QUANTITIES, ("loop", "direction")),
-            **dict.fromkeys(LOOP_QUANTITIES, ("loop",)),
-        }
+        dims = "loop", "direction"
+        variables = {}
+        for name, quantity in QUANTITIES.items():
+            values = getattr(self, name)
+            variables[name] = dims[: values.ndim], values, quantity.attributes
         return xr.Dataset(
-            {
-                name: (dims[name], getattr(self, name), {"long_name": label, "units": unit})
-                for name, (label, unit) in QUANTITIES.items()
-            }
+            variables
             | {str(name): fretting[name].variable for name in (*fretting.data_vars, "regime")},
             coords={
                 "loop": ("loop", self.number, {"long_name": "loop of the record, from 0"}),
@@ -326,7 +324,8 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     trace = Trace.from_channels(time, displacement, tangential_load, normal_load)
     if not isinstance(definitions, Definitions):
         raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
-    moved, load = trace.displacement, trace.tangential_load
+    moved = trace.displacement
+    load = trace.tangential_load
     noise = estimated_noise(moved, displacement_noise)
     band = loop_dead_band(moved, dead_band, noise)
     all_ends, lone = loop_ends(moved, band)
@@ -345,7 +344,8 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
             f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
         )
     pieces = (0, int(all_ends[0, 0])), (int(all_ends[-1, 2]), moved.size - 1)
-    number, ends = np.arange(first_loop, len(all_ends)), all_ends[first_loop:]
+    number = np.arange(first_loop, len(all_ends))
+    ends = all_ends[first_loop:]
     energy = np.array([enclosed_energy(trace, *loop) for loop in ends.tolist()])
     _check_sense(trace, energy, ends)
     steady = at_one_load(trace, number, ends, lone, dead_band=band, share=definitions.load_share)
@@ -370,8 +370,9 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     branch_values: dict[str, Any] = dict(
         zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True)
     )
-    for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
-        branch_values[name][stepped] = math.nan
+    for name, quantity in BRANCH_QUANTITIES.items():
+        if quantity.needs_reversal:
+            branch_values[name][stepped] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))
     amplitude = np.average(lengths, weights=~steady.left_out, axis=1) / 2
     sound = ~(steady.left_out | steady.stepped).any(axis=1) & (
@@ -381,8 +382,9 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     if spring > 0:
         # friction and the load of the spring are one there, and no bound of either
         rising[:] = False
-        for name in OF_SLIP:
-            branch_values[name][:] = math.nan
+        for name, quantity in BRANCH_QUANTITIES.items():
+            if quantity.needs_slip:
+                branch_values[name][:] = math.nan
     level_end = np.full(rising.shape, math.nan)
     if not spring > 0 and definitions.is_default_sliding:
         level_end = _read_level_parts(
@@ -423,7 +425,8 @@ def _read_level_parts(
     read: Callable[..., tuple[tuple[float, ...], bool]],
 ) -> Floats:
     """Read branches that end at a stop over their level part; return the displacement at its end (loop, direction)."""
-    moved, level_end = trace.displacement, np.full(left_out.shape, math.nan)
+    moved = trace.displacement
+    level_end = np.full(left_out.shape, math.nan)
     parts = branch_shape.find_level_parts(trace, ends)
     for loop, branch in np.argwhere(np.isfinite(parts[..., 0])).tolist():
         start, stop = ends[loop, branch : branch + 2].tolist()
@@ -436,9 +439,10 @@ def _read_level_parts(
             if np.isfinite(values[name][loop, side]):
                 values[name][loop, side] = number
         level_end[loop, side] = moved[start] + end * (moved[stop] - moved[start])
-    for name in set(OF_SLIP) - OF_SLIDING:
-        # the load at the reversal is that of the stop
-        values[name][np.isfinite(level_end[:, ::-1])] = math.nan
+    begins_at_stop = np.isfinite(level_end[:, ::-1])
+    for name, quantity in BRANCH_QUANTITIES.items():
+        if quantity.needs_slip and quantity.needs_reversal:
+            values[name][begins_at_stop] = math.nan
     return level_end
 
 
@@ -465,7 +469,8 @@ def _spoilt_channel(trace: Trace) -> str:
 
 def _check_sense(trace: Trace, energy: Floats, ends: Integers) -> None:
     """Refuse loops, given by the samples at their ends, that give energy instead of taking it."""
-    displacement, load = trace.displacement[ends], trace.tangential_load[ends]
+    displacement = trace.displacement[ends]
+    load = trace.tangential_load[ends]
     box = np.ptp(displacement, axis=1) * np.ptp(load, axis=1)
     # rounding makes energy of a load that does not change
     rounding = float(np.abs(displacement).max() * np.abs(load).max()) * ROUNDING

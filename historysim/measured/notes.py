@@ -102,7 +102,8 @@ def _parallel_spring(loops: LoopValues) -> Iterator[str]:
     stiffness = loops.parallel_stiffness
     if not stiffness > 0:
         return
-    trace, ends = loops.trace, loops.ends[loops.large & ~loops.left_out_branches.any(axis=1)]
+    trace = loops.trace
+    ends = loops.ends[loops.large & ~loops.left_out_branches.any(axis=1)]
     contact = attrs.evolve(
         trace, tangential_load=trace.tangential_load - stiffness * trace.displacement
     )
@@ -127,7 +128,8 @@ def hook_notes(loops: LoopValues) -> Iterator[str]:
     hooked = loops.hooked_branches & loops.large[:, None]
     if not hooked.any():
         return
-    trace, large = loops.trace, loops.ends[loops.large]
+    trace = loops.trace
+    large = loops.ends[loops.large]
     forces = loops.friction_force[loops.large].mean(axis=1)
     rise = max(
         float(np.abs(trace.tangential_load[start : stop + 1]).max() - force)
@@ -157,7 +159,8 @@ def _noise(loops: LoopValues) -> Iterator[str]:
     noise = loops.displacement_noise
     if not noise:
         return
-    of, stroke = quantity_text(noise, "m", 2), 2 * float(np.median(loops.amplitude[loops.large]))
+    of = quantity_text(noise, "m", 2)
+    stroke = 2 * float(np.median(loops.amplitude[loops.large]))
     if loops.dead_band < REVERSAL * noise:
         # two digits of it are six deviations or more
         band = quantity_text(1.05 * REVERSAL * noise, "m", 2)
@@ -185,7 +188,8 @@ def drift_notes(loops: LoopValues) -> Iterator[str]:
         if has_coefficient
         else ("friction_force", "friction force", "N")
     )
-    wander, mean = loops.wander(quantity), loops.statistics(quantity).mean
+    wander = loops.wander(quantity)
+    mean = loops.statistics(quantity).mean
     if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
         return
     times = [
@@ -265,7 +269,8 @@ def instrument_faults(loops: LoopValues) -> list[str]:
     What is read off sliding needs branches that are level at their ends: a contact that sticks in
     part has an offset and another stiffness.
     """
-    trace, noise = loops.trace, loops.displacement_noise
+    trace = loops.trace
+    noise = loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:
         return []
     complete = loops.large & ~loops.left_out_branches.any(axis=1)
@@ -311,7 +316,8 @@ def _scatters(values: Floats) -> bool:
     Of white noise differences of any order show as much; a smooth curve hardly has fourth
     differences.
     """
-    noise, fourth = estimate_white_noise(values), noise_of_curve(values)
+    noise = estimate_white_noise(values)
+    fourth = noise_of_curve(values)
     steps = np.diff(np.unique(values))
     digit = float(steps[steps > ROUNDING * np.ptp(values)].min(initial=np.inf))
     white = WHITE[0] * noise <= fourth <= WHITE[1] * noise
@@ -335,10 +341,8 @@ def _zero_error(friction_force: Floats) -> Iterator[str]:
     complete = np.isfinite(forward) & np.isfinite(backward)
     if np.count_nonzero(complete) < intervals.FEWEST_LOOPS:
         return
-    middle, force = (
-        (forward - backward)[complete] / 2,
-        float((forward + backward)[complete].mean()) / 2,
-    )
+    middle = (forward - backward)[complete] / 2
+    force = float((forward + backward)[complete].mean()) / 2
     wander = intervals.compute_mean_wander(middle, CONFIDENCE)
     if wander is None or not force > 0:
         return
@@ -359,9 +363,11 @@ def _zero_error(friction_force: Floats) -> Iterator[str]:
 
 def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Yield time, displacement from the reversal and load of each branch, in its own direction."""
-    moved, load = trace.displacement, trace.tangential_load
+    moved = trace.displacement
+    load = trace.tangential_load
     for start, stop in chain.from_iterable(map(pairwise, all_ends)):
-        sign, samples = (1.0 if moved[stop] > moved[start] else -1.0), slice(start, stop + 1)
+        sign = 1.0 if moved[stop] > moved[start] else -1.0
+        samples = slice(start, stop + 1)
         yield trace.time[samples], sign * (moved[samples] - moved[start]), sign * load[samples]
 
 
@@ -371,14 +377,13 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     branches = []
     for time, unsorted, loads in _branches(trace, ends):
         order = np.argsort(unsorted, kind="stable")
-        moved, load = unsorted[order], loads[order]
+        moved = unsorted[order]
+        load = loads[order]
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
         if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
             continue
-        levels, reached = (
-            force * np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5]),
-            np.maximum.accumulate(load),
-        )
+        levels = force * np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5])
+        reached = np.maximum.accumulate(load)
         index = np.clip(np.searchsorted(reached, levels), 1, moved.size - 1)
         # between two samples the load rises straight
         rise = reached[index] - reached[index - 1]
@@ -386,10 +391,8 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         at_turn, after_turn, low, left_edge, right_edge, high = moved[index - 1] + share * (
             moved[index] - moved[index - 1]
         )
-        elastic_width, elastic_at_turn = (
-            min(left_edge - low, high - right_edge) / 2,
-            (low - after_turn) / 3,
-        )
+        elastic_width = min(left_edge - low, high - right_edge) / 2
+        elastic_at_turn = (low - after_turn) / 3
         speed = moved[-1] / (time[-1] - time[0]) if time[-1] > time[0] else np.nan
         width = right_edge - left_edge - elastic_width
         # the loads between which nine tenths of it are crossed
@@ -437,11 +440,14 @@ def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
         if slides.size < FEWEST_SAMPLES:
             continue
         branches += 1
-        steps, threshold = np.diff(slides), max(LEAST_DROP * float(slides.mean()), SPIKE * noise)
+        steps = np.diff(slides)
+        threshold = max(LEAST_DROP * float(slides.mean()), SPIKE * noise)
         # abrupt fall and slow rise
-        falls, rises = int((steps < -threshold).sum()), int((steps > threshold).sum())
+        falls = int((steps < -threshold).sum())
+        rises = int((steps > threshold).sum())
         if falls >= FEWEST_DROPS and falls > 3 * rises:
-            drops, largest = drops + falls, max(largest, float(-steps.min()))
+            drops = drops + falls
+            largest = max(largest, float(-steps.min()))
     if branches and drops >= FEWEST_DROPS * branches:
         yield (
             f"the load drops by up to {quantity_text(largest, 'N', 2)} some {drops / branches:.2g} times on a "

@@ -150,7 +150,8 @@ def find_spikes(values: Floats, usual: float) -> Booleans:
     if values.size < 3:
         return result
     steps = np.diff(values)
-    up, down = steps[:-1], -steps[1:]
+    up = steps[:-1]
+    down = -steps[1:]
     heights = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
     threshold = max(
         SPIKE * estimate_white_noise(values), 3 * float(np.quantile(np.abs(steps), usual))
@@ -206,7 +207,8 @@ def jumps_of_counter(values: Floats) -> str:
 
 def sign_lost(load: Floats) -> str:
     """Return a note if a force is never negative but comes close to 0, with the remedy; else empty."""
-    smallest, largest = float(load.min()), float(load.max())
+    smallest = float(load.min())
+    largest = float(load.max())
     if (
         smallest < -min(SPIKE * estimate_white_noise(load), NEAR_ZERO * largest)
         or smallest > NEAR_ZERO * largest
@@ -232,7 +234,8 @@ def loop_dead_band(
 def check_moves(displacement: ArrayLike, dead_band: float | None = None) -> None:
     """Check that a displacement has strokes; with a given dead band, or few samples, any stroke will do."""
     samples = channel("displacement", displacement)
-    noise, length = estimated_noise(samples), float(np.ptp(samples))
+    noise = estimated_noise(samples)
+    length = float(np.ptp(samples))
     if samples.size < FEWEST_SAMPLES or (
         length > 0 and (dead_band is not None or length > 2 * REVERSAL * noise)
     ):
@@ -382,10 +385,8 @@ class Measurement:
     starts_displaced: bool = False
 
     def __repr__(self) -> str:
-        count, length = (
-            count_text(self.time.size, "sample", "samples"),
-            duration_text(float(np.ptp(self.time))),
-        )
+        count = count_text(self.time.size, "sample", "samples")
+        length = duration_text(float(np.ptp(self.time)))
         channels = [
             f"{name} {range_text(float(values.min()), float(values.max()), load_kind(name).unit)}"
             for name, values in {**self.channels, **self.response}.items()
@@ -426,7 +427,8 @@ class Measurement:
 
     def without_spring(self, stiffness: float) -> "Measurement":
         """Subtract the load of a spring in parallel [N/m]: T - k_p U."""
-        name, moved = "tangential_load", self.get("tangential_displacement")
+        name = "tangential_load"
+        moved = self.get("tangential_displacement")
         if not stiffness or moved is None or self.get(name) is None:
             return self
         remark = "tangential load: spring in parallel taken off", quantity_text(stiffness, "N/m")
@@ -479,11 +481,13 @@ class Measurement:
             )
             for channel, values in self.channels.items()
         }
-        values, replayed = self.channels[name], self.replayed_indices()
+        values = self.channels[name]
+        replayed = self.replayed_indices()
         if np.ptp(values) <= 2 * REVERSAL * estimated_noise(values):
             # it rests (see `check_moves`): a dead band would leave nothing
             return None
-        true, all_of_them = reversals(values, bands[name]).size, reversals(values[replayed]).size
+        true = reversals(values, bands[name]).size
+        all_of_them = reversals(values[replayed]).size
         if all_of_them < MANY_MORE * (true + 1):
             return None
         units = {channel: LOAD_KINDS[channel].unit for channel in bands}

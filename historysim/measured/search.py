@@ -15,14 +15,11 @@ from historysim.asperities.body import Body
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
-from historysim.measured.comparison import (
-    LEAST_NOISE,
-    ModelResponse,
-    Observation,
-    assign_position_bins,
-    compute_response,
-)
+from historysim.measured.observation import Observation
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
+from historysim.measured.residuals import assign_position_bins
+from historysim.measured.response import LEAST_NOISE, ModelResponse, compute_response
+from historysim.measured.roots import find_root
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -210,7 +207,8 @@ class Search:
     def solve(self, notify: Callable[[int], object] = lambda _: None) -> SearchResult:
         """Find the minimum; `notify` is called at each replay of the observation, with their estimated number."""
         # the steps after the scan need about as many replays
-        walks, scanned = itertools.count(1), 2 * len(self._scan_grid())
+        walks = itertools.count(1)
+        scanned = 2 * len(self._scan_grid())
 
         def reporting_model(values: Mapping[str, float]) -> tuple[Body, Instrument]:
             notify(max(scanned, next(walks)))
@@ -248,7 +246,8 @@ class Search:
             lower, drop = self._pattern_search(result)
             if drop <= _LEAST_DROP * self.compared.size:
                 return attrs.evolve(result, converged=True)
-            before, result = result.unknowns[: len(self.names)], self.minimise_reweighted(lower)
+            before = result.unknowns[: len(self.names)]
+            result = self.minimise_reweighted(lower)
             moved = np.abs(result.unknowns[: len(self.names)] - before) * np.linalg.norm(
                 result.slopes, axis=0
             )
@@ -258,7 +257,9 @@ class Search:
 
     def _pattern_search(self, result: SearchResult) -> tuple[Floats, float]:
         """Return the lowest unknowns of a pattern search around a result, and the decrease of the objective."""
-        count, scale, x = len(self.names), result.scale, result.unknowns
+        count = len(self.names)
+        scale = result.scale
+        x = result.unknowns
         search = attrs.evolve(self, noise_fraction=self._noise_fraction(x, scale))
         # parameters move along the axes of their covariance, and nodes within their bounds follow
         _, values, axes = np.linalg.svd(result.slopes, full_matrices=False)
@@ -284,7 +285,8 @@ class Search:
                 tried = np.clip(
                     x + np.append(np.zeros(count), moved), origin - reach, origin + reach
                 )
-                owner, gain = (branch - group) // _TOGETHER, terms - search.terms(tried, scale)
+                owner = (branch - group) // _TOGETHER
+                gain = terms - search.terms(tried, scale)
                 gains = np.bincount(owner[owner >= 0], gain[owner >= 0], self.free)
                 better = np.append(np.ones(count, dtype=np.bool_), gains[node // _TOGETHER] > 0)
                 tried = np.where(better, tried, x)
@@ -386,13 +388,12 @@ class Search:
 
     def _scan_grid(self) -> list[Floats]:
         """Return the unknowns that a scan tries."""
-        levels, other_count = {0.0}, len(self.names) - (OFFSET in self.names)
+        levels = {0.0}
+        other_count = len(self.names) - (OFFSET in self.names)
         if "friction" in self.names:
             other_count -= 1
-            index, pressed = (
-                self.names.index("friction"),
-                self.compared[self.observation.normal_load[self.compared] > 0],
-            )
+            index = self.names.index("friction")
+            pressed = self.compared[self.observation.normal_load[self.compared] > 0]
             ratios = (
                 np.abs(self.observation.tangential_load[pressed])
                 / self.observation.normal_load[pressed]
@@ -435,10 +436,8 @@ class Search:
             )
 
         def jacobian(x: Floats) -> "Floats | csr_array":
-            slopes, shift = (
-                self.slopes(x, scale),
-                self._positivity_shift(self._compute_response(x), scale),
-            )
+            slopes = self.slopes(x, scale)
+            shift = self._positivity_shift(self._compute_response(x), scale)
             shift_slopes = (
                 -np.append(slopes.bias.sum(axis=0), slopes.bias_by_node.sum(axis=0)) / shift
             )
@@ -472,7 +471,8 @@ class Search:
             scale = self.scales(unknowns)
             search = attrs.evolve(self, noise_fraction=self._noise_fraction(unknowns, scale))
             minimum = search.minimise(unknowns, scale)
-            changes, unknowns = np.abs(minimum.x - unknowns)[:count], minimum.x
+            changes = np.abs(minimum.x - unknowns)[:count]
+            unknowns = minimum.x
             slopes = search.slopes(unknowns, scale)
             moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
             projected, bias = slopes.project_out_nodes(moves)
@@ -525,13 +525,9 @@ class Search:
         the number of samples. Without it, friction that scatters would have a thousand times the
         weight in sliding, where noise is least, and would distort the stiffnesses.
         """
-        from scipy.optimize import brentq
-
         response = self._compute_response(unknowns)
-        noise, residual = (
-            self.noises(response),
-            self._compare(response, unknowns, 1.0)[: self.compared.size],
-        )
+        noise = self.noises(response)
+        residual = self._compare(response, unknowns, 1.0)[: self.compared.size]
         freedom = self.compared.size - len(self.names)
 
         def excess(model_error: float) -> float:
@@ -541,7 +537,7 @@ class Search:
             return noise
         # without noise the upper bound is the root, but for rounding
         upper = (1 + 1e-6) * float(np.linalg.norm(residual)) / math.sqrt(freedom)
-        return np.hypot(noise, float(brentq(excess, 0.0, upper, xtol=1e-9 * upper)))
+        return np.hypot(noise, find_root(excess, 0.0, upper, 1e-9 * upper))
 
     def objective(self, unknowns: Floats, scale: Floats) -> float:
         """Compute the objective: the sum of squares, less the part due to noise of the displacement."""
@@ -584,7 +580,8 @@ class Search:
 
     def _noise_fraction(self, x: Floats, scale: Floats) -> Floats:
         """Return the fraction of each sample's noise that the preceding node does not follow (sample)."""
-        noise, fraction = self.observation.displacement_noise, np.ones(self.compared.size)
+        noise = self.observation.displacement_noise
+        fraction = np.ones(self.compared.size)
         if noise == 0:
             return fraction
         squares = (self._compute_response(x).slope[self.compared] * noise / scale) ** 2
@@ -604,7 +601,8 @@ class Search:
         """Compute the derivatives of the residuals by finite differences."""
         from scipy.sparse import csr_array, eye_array, vstack
 
-        count, compared = len(self.names), self.compared
+        count = len(self.names)
+        compared = self.compared
         base = self._compute_response(x)
         weight = (
             base.slope[compared]
@@ -614,10 +612,8 @@ class Search:
 
         def differences(change: Floats, step: float) -> tuple[Floats, Floats]:
             response = self._compute_response(x + step * change)
-            load, slope = (
-                response.tangential_load - base.tangential_load,
-                response.slope - base.slope,
-            )
+            load = response.tangential_load - base.tangential_load
+            slope = response.slope - base.slope
             return load[compared] / (step * scale), weight * slope[compared] / step
 
         by_parameter = np.zeros((compared.size + self.free, count))
@@ -656,15 +652,14 @@ def _select_samples(observation: Observation) -> Integers:
     The number of samples excluded near a node is derived from the mean step of the branch, not from
     the readings: a selection by noisy values would bias the stiffness upwards.
     """
-    nodes, reach = observation.nodes, _AMBIGUOUS * observation.reading_noise
+    nodes = observation.nodes
+    reach = _AMBIGUOUS * observation.reading_noise
     selected = np.ones(observation.time.size, dtype=np.bool_)
     selected[: observation.start_sample] = False
     selected[nodes] = False
     for start, stop in itertools.pairwise(nodes.tolist()):
-        stroke, count = (
-            abs(observation.displacement[stop] - observation.displacement[start]),
-            stop - start,
-        )
+        stroke = abs(observation.displacement[stop] - observation.displacement[start])
+        count = stop - start
         margin = min(math.ceil(reach * count / stroke) if stroke > 0 else 0, count // _MOST_BESIDE)
         selected[start : start + margin + 1] = False
         selected[stop - margin : stop + 1] = False

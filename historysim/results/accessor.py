@@ -124,7 +124,8 @@ def evaluate_query(history: xr.Dataset, name: str, arguments: Mapping[str, Any])
         An argument that the query does not accept, a missing one, or an error of the query itself.
     """
     selected_query = all_queries()[name]
-    parameters, cli_name = selected_query.parameters, name.replace("_", "-")
+    parameters = selected_query.parameters
+    cli_name = name.replace("_", "-")
     for option in arguments:
         if option not in parameters:
             fix = nearest(option, parameters) if parameters else "it has none"

@@ -184,7 +184,8 @@ def disturbance_at_rest(
     FrictionLimitError
         The contact no longer holds its tangential load there.
     """
-    load, displacement = state.tangential_load, state.tangential_displacement
+    load = state.tangential_load
+    displacement = state.tangential_displacement
     drive = instrument.drive_displacement(displacement, load)
     held = ensemble.advance(
         state, normal_load=normal_load, tangential_displacement=drive, instrument=instrument

@@ -219,7 +219,8 @@ def _without(variable: "xr.Variable", dimension: str, name: str) -> "xr.Variable
 
 def _with_type(variable: "xr.Variable", declared: Variable) -> "xr.Variable":
     """Convert a variable to its declared type; InputError if a flag or count is missing."""
-    kind, size = variable.dtype.kind, variable.dtype.itemsize
+    kind = variable.dtype.kind
+    size = variable.dtype.itemsize
     is_integer = np.dtype(declared.dtype).kind == "i"
     if not (kind == "f" and size >= _SINGLE_PRECISION) and not (is_integer and kind in "iu"):
         raise InputError(

@@ -99,7 +99,8 @@ def asperity(
 def _between_steps(history: xr.Dataset, asperity: int, time: float) -> Asperity:
     """Return an asperity at a time between recorded steps, replayed from the events of the history."""
     check_recorded(history, "summit_radius")
-    times, column = history["time"].values, find_column(asperity, history)
+    times = history["time"].values
+    column = find_column(asperity, history)
     if not times[0] <= time <= times[-1]:
         raise InputError(
             f"time {time:g}: the history has {times[0]:g} s to {times[-1]:g} s; expected a time in between"
@@ -224,7 +225,8 @@ def _from_steps(
         return None
     rows = slice(0, max(positions) + 1)
     column_data = history.isel(asperity=column)
-    height, highest = float(column_data["summit_height"]), float(history["summit_height"].max())
+    height = float(column_data["summit_height"])
+    highest = float(history["summit_height"].max())
     pair = MaterialPair.from_moduli(
         contact_modulus=float(history.attrs["contact_modulus"]),
         shear_modulus=float(history.attrs["shear_modulus"]),
@@ -293,14 +295,17 @@ class PointMaps(NamedTuple):
 
 def compute_point_maps(origin: ReplaySource, state: State) -> PointMaps:
     """Return the maps of a state of the contact that a history comes from."""
-    arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
+    arrays = origin.surface
+    shape = origin.settings["surface_attributes"]["shape"]
     ensemble = origin.job.ensemble
     if not isinstance(ensemble, Patches):
         raise InputError(
             "the ensemble has no normal curves; expected an ensemble from normal curves"
         )
-    position, modulus = ensemble.superposition(state), ensemble.pair.contact_modulus
-    first_touch, point = arrays["first_touch"], arrays["point"].astype(np.int64)
+    position = ensemble.superposition(state)
+    modulus = ensemble.pair.contact_modulus
+    first_touch = arrays["first_touch"]
+    point = arrays["point"].astype(np.int64)
     maps = np.zeros((3, int(np.prod(shape))))
     maps[0, point] = position.normal @ arrays[SOLVED] * modulus
     maps[1, point] = position.tangential @ arrays[SOLVED] * modulus
@@ -395,10 +400,8 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         A history without its file or replay, without a normal load, or fewer than two points.
     """
     check_recorded(history)
-    count, largest = (
-        int(scalar("points", points, least=2)),
-        float(history["total_normal_load"].values.max(initial=0.0)),
-    )
+    count = int(scalar("points", points, least=2))
+    largest = float(history["total_normal_load"].values.max(initial=0.0))
     if largest == 0:
         raise InputError(
             "the history has no normal load, so it has no approach; expected one that presses"
@@ -452,7 +455,8 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
 
 def _theory(ensemble: AsperitySet, approach: Floats) -> tuple[str, dict[str, Floats]]:
     """Return the name of a theory, and load, area and stiffness that it gives at approaches of the highest summit."""
-    height, modulus = ensemble.summit_height, ensemble.pair.contact_modulus
+    height = ensemble.summit_height
+    modulus = ensemble.pair.contact_modulus
     radius = np.broadcast_to(ensemble.summit_radius, height.shape)
     greenwood_williamson = _greenwood_williamson(ensemble)
     if greenwood_williamson is None:

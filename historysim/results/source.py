@@ -34,7 +34,8 @@ class ReplaySource(NamedTuple):
 
 def query_source(history: xr.Dataset, function: Callable[[ReplaySource], Answer]) -> Answer | None:
     """Evaluate a function of the source of a history; None without source, or if it raises InputError."""
-    job, source = history.encoding.get(MADE_BY), history.encoding.get("source")
+    job = history.encoding.get(MADE_BY)
+    source = history.encoding.get("source")
     if isinstance(job, Replay):
         with suppress(InputError):
             return function(ReplaySource(job, lambda at: job.state(until=at), {}, {}))

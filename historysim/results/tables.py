@@ -18,7 +18,7 @@ from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import brief, count_text, read_findings
 from historysim.errors import InputError
 from historysim.measured.loop_table import LoopStatistics
-from historysim.measured.loop_values import OF_SLIP
+from historysim.measured.loop_values import QUANTITIES
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
 
@@ -373,7 +373,8 @@ def sweep_rows(sweep: "xr.Dataset", *, steps: bool = True) -> Iterator[Sequence[
     names = list(dict.fromkeys([*labels, *map(str, sweep.data_vars)]))
     if not dims and not row_dims:
         # a design at one point has no dimension to make rows of
-        sweep, dims = sweep.expand_dims("point"), ("point",)
+        sweep = sweep.expand_dims("point")
+        dims = ("point",)
     frame = sweep.to_dataframe(dim_order=[*dims, *row_dims]).reset_index()
     # variables along steps are NaN where a cell has fewer steps
     padded = [
@@ -456,7 +457,7 @@ def loop_summary(loops: "xr.Dataset") -> list[tuple[str, str]]:
 def values_in_mean(loops: "xr.Dataset", quantity: Hashable) -> Floats:
     """Return the values that a mean of a loop quantity includes (loop, …): large loops; NaN for a lower bound."""
     values = loops[quantity]
-    if quantity in OF_SLIP and "lower_bound" in loops:
+    if _needs_slip(quantity) and "lower_bound" in loops:
         values = values.where(loops["lower_bound"] == 0)
     values_of_large: Floats = values.values[_large(loops)]
     return values_of_large
@@ -466,10 +467,15 @@ def _mean_text(loops: "xr.Dataset", quantity: Hashable, count: int) -> str:
     """Return a mean, or a lower bound if no branch reached sliding."""
     unit = loops[quantity].attrs["units"]
     statistics = LoopStatistics.from_values(values_in_mean(loops, quantity))
-    if statistics.count or quantity not in OF_SLIP:
+    if statistics.count or not _needs_slip(quantity):
         return statistics.text(unit, count)
     bound = LoopStatistics.from_values(loops[quantity].values[_large(loops)])
-    return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
+    text = bound.text(unit, count)
+    return f"≥ {text}" if bound.count else text
+
+
+def _needs_slip(quantity: Hashable) -> bool:
+    return quantity in QUANTITIES and QUANTITIES[str(quantity)].needs_slip
 
 
 def _large(loops: "xr.Dataset") -> Booleans:

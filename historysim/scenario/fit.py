@@ -18,19 +18,18 @@ from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.basics.wording import html_table, progress_bar
 from historysim.errors import InputError, error_path, field_error
 from historysim.measured import fit_model
-from historysim.measured.comparison import (
-    Comparison,
-    ModelResponse,
-    Observation,
-    compute_displacement,
-    compute_response,
-    find_forgotten,
-    observe,
-)
+from historysim.measured.comparison import Comparison
 from historysim.measured.creep import Creep, separate_creep
 from historysim.measured.fit_model import Model, starting_value
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
+from historysim.measured.observation import Observation, observe
 from historysim.measured.reduction import Measurement
+from historysim.measured.response import (
+    ModelResponse,
+    compute_displacement,
+    compute_response,
+    find_forgotten,
+)
 from historysim.measured.search import OFFSET
 from historysim.recording.unknown_past import UNKNOWN
 from historysim.results.plots.pictures import make_figure

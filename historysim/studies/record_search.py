@@ -15,7 +15,7 @@ from historysim.measured import fretting
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.comparison import Comparison
 from historysim.measured.creep import Creep
-from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
+from historysim.measured.loop_values import MEAN_QUANTITIES
 from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
@@ -198,17 +198,12 @@ Rows = list[tuple[str, ...]]
 
 def loop_rows(runs: Runs[Loops]) -> Rows:
     """Return a table of the loops of each run; the first row has the headings."""
-    every = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
-    labels = {
-        name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))
-    }
+    quantities = dict(MEAN_QUANTITIES)
+    del quantities["displacement_from_zero_load"]
     return _rows(
-        ("loops", *(text[0] for text in labels.values())),
+        ("loops", *(quantity.label for quantity in quantities.values())),
         runs,
-        lambda loops: (
-            str(len(loops)),
-            *(loops.text(name, unit) for name, (_, unit, *_) in labels.items()),
-        ),
+        lambda loops: (str(len(loops)), *map(loops.text, quantities)),
     )
 
 

@@ -7,7 +7,9 @@ import synthetic
 from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
-from historysim.measured.comparison import Comparison, compute_response, observe
+from historysim.measured.comparison import Comparison
+from historysim.measured.observation import observe
+from historysim.measured.response import compute_response
 
 
 @pytest.fixture(scope="module")

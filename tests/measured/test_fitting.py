@@ -9,8 +9,8 @@ from pytest import approx, mark
 from scipy import stats
 
 import historysim as hs
-from historysim.measured.comparison import observe
 from historysim.measured.fitting import fit_parameters
+from historysim.measured.observation import observe
 from historysim.measured.reduction import Measurement
 
 

@@ -8,8 +8,9 @@ from pairs import STIFF as PAIR
 from pytest import approx, mark
 
 import historysim as hs
-from historysim.measured.comparison import FEWEST_MEANS, compute_response, observe
+from historysim.measured.observation import FEWEST_MEANS, observe
 from historysim.measured.reduction import Measurement, estimate_white_noise
+from historysim.measured.response import compute_response
 
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
 ROUGH = hs.Ensemble(PAIR, [0.0, -20e-9, -50e-9], [1e-3, 2e-3, 5e-4], 0.2)

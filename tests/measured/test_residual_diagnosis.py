@@ -7,7 +7,10 @@ import numpy as np
 import synthetic
 from pytest import approx, mark
 
-from historysim.measured.comparison import Comparison, compute_residuals, compute_response, observe
+from historysim.measured.comparison import Comparison
+from historysim.measured.observation import observe
+from historysim.measured.residuals import compute_residuals
+from historysim.measured.response import compute_response
 
 SOUND = attrs.evolve(synthetic.measured("ball", 0, loads=(0.05,), loops=6, rate=20), dead_band={})
 LOAD, MOVED = SOUND["tangential_load"], SOUND["tangential_displacement"]

@@ -8,10 +8,11 @@ from records_shared import DAMPER, DAMPER_SCENARIO
 from scipy import optimize
 
 import historysim as hs
-from historysim.measured.comparison import compute_response, observe
 from historysim.measured.correction import running_median
 from historysim.measured.fitting import fit_parameters
+from historysim.measured.observation import observe
 from historysim.measured.reduction import Measurement
+from historysim.measured.response import compute_response
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
 from historysim.scenario.fit import build_model
 from historysim.scenario.scenario import load

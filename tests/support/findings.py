@@ -25,10 +25,12 @@ from historysim.basics.units import to_si
 from historysim.errors import InputError
 from historysim.measured import correction
 from historysim.measured.branches import Trace, closed_period
-from historysim.measured.comparison import Comparison, compute_response, observe
+from historysim.measured.comparison import Comparison
 from historysim.measured.fitting import check_start, fit_parameters
 from historysim.measured.loops import loops_of_measurement
+from historysim.measured.observation import observe
 from historysim.measured.reduction import Measurement, loop_dead_band, resample
+from historysim.measured.response import compute_response
 from historysim.measured.search import OFFSET
 from historysim.scenario.loading_kinds.channels import ForceChannel, hum_remark
 

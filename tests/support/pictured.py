@@ -9,8 +9,10 @@ import numpy as np
 from pairs import STIFF
 
 import historysim as hs
-from historysim.measured.comparison import Comparison, compute_response, observe
+from historysim.measured.comparison import Comparison
+from historysim.measured.observation import observe
 from historysim.measured.reduction import Measurement
+from historysim.measured.response import compute_response
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 TITLE = (

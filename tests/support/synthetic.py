@@ -9,8 +9,9 @@ import numpy as np
 
 import historysim as hs
 from historysim.measured import fitting
-from historysim.measured.comparison import compute_response, observe
+from historysim.measured.observation import observe
 from historysim.measured.reduction import Measurement, turning_points
+from historysim.measured.response import compute_response
 
 # UNAT: 1 nm, 6 µN, 334 mN/µm
 DISPLACEMENT_NOISE, LOAD_NOISE, STIFFNESS = 1e-9, 6e-6, 334e3

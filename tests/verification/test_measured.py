@@ -153,8 +153,8 @@ def test_recovered_parameters(page):
     def recovered():
         import synthetic
 
-        from historysim.measured.comparison import observe
         from historysim.measured.fitting import fit_parameters
+        from historysim.measured.observation import observe
 
         record = synthetic.measured("ball", 0, noise=0.0)
         start = {name: 1.3 * value for name, value in synthetic.TRUTHS["ball"].items()}

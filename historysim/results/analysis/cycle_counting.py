@@ -159,7 +159,8 @@ class CycleCounter:
         state = job.ensemble.initial_state()
         line = state.memory.line
         contact = line.contact
-        self.group, self.base = 0, float(view(contact.gap, contact.count)[0])
+        self.group = 0
+        self.base = float(view(contact.gap, contact.count)[0])
         if asperity is not None:
             self.group = int(state.group[asperity])
             position = np.flatnonzero(view(contact.order, contact.count) == asperity)[0]
@@ -195,7 +196,8 @@ class CycleCounter:
             "tangential_load": loads[1],
             "normal_load": loads[0],
         }
-        begin, end = float(path["begin"][0]), float(path["end"][0])
+        begin = float(path["begin"][0])
+        end = float(path["end"][0])
         return self._instant(state, share, begin + share * (end - begin), values, energy)
 
     def _instant(
@@ -220,12 +222,15 @@ class CycleCounter:
         self, measure: Callable[[Instant], float], lower: Instant, upper: Instant, scale: float
     ) -> Instant:
         """Return the moment at which a growing measure becomes zero, by the Illinois method."""
-        below, above = measure(lower), measure(upper)
+        below = measure(lower)
+        above = measure(upper)
         if above <= 0.0:
             return upper
         if below >= 0.0:
             return lower
-        low, high, side = lower.share, upper.share, 0
+        low = lower.share
+        high = upper.share
+        side = 0
         there = upper
         for _ in range(MOST_ITERATIONS):
             share = low - below * (high - low) / (above - below)
@@ -261,10 +266,15 @@ class CycleCounter:
             rigid = 0.0 if path["tangential_control"][0, 0] == LOAD else 1.0
             compliance = self.compliance if rigid else 1.0
         if isinstance(vertex, Instant):
-            label, anchor, normal, tangential = vertex.approach, vertex.displacement, 0.0, 0.0
+            label = vertex.approach
+            anchor = vertex.displacement
+            normal = 0.0
+            tangential = 0.0
         else:
-            label, anchor = float(vertex["label"]), float(vertex["anchor"])
-            normal, tangential = float(vertex["normal"]), float(vertex["tangential"])
+            label = float(vertex["label"])
+            anchor = float(vertex["anchor"])
+            normal = float(vertex["normal"])
+            tangential = float(vertex["tangential"])
 
         def measure(there: Instant) -> float:
             slip = sign * (there.displacement - anchor) - self.friction * (there.approach - label)
@@ -370,8 +380,10 @@ class CycleCounter:
         tie = TIE * max(here.approach, there.approach)
         moment = here
         while len(self.excursions) > 1:
-            active, older = self.excursions[-1], self.excursions[-2]
-            sign, is_deep = active.sign, older.label <= self.base + tie
+            active = self.excursions[-1]
+            older = self.excursions[-2]
+            sign = active.sign
+            is_deep = older.label <= self.base + tie
             if front > older.label + tie:
                 return
             follows = len(self.excursions) > 2 and self.excursions[-3] is older.reverses

@@ -120,7 +120,8 @@ def _preliminary(normal: Floats, limit: Capacity, *, changes: bool) -> str:
     touches = limit.displacement > 0
     if not touches.any():
         return "none, nothing touches"
-    normal, displacement = normal[touches], limit.displacement[touches]
+    normal = normal[touches]
+    displacement = limit.displacement[touches]
     friction = np.round(limit.friction[touches], 6) if changes else np.zeros(normal.size)
     _, indices = np.unique(friction, return_index=True)
     coefficients = friction[np.sort(indices)]
@@ -131,10 +132,8 @@ def _preliminary(normal: Floats, limit: Capacity, *, changes: bool) -> str:
         of_it = np.flatnonzero(friction == coefficient)
         at = of_it[normal[of_it].argmax()]
         where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
-        reach, load = (
-            quantity_text(float(displacement[at]), "m"),
-            quantity_text(float(normal[at]), "N"),
-        )
+        reach = quantity_text(float(displacement[at]), "m")
+        load = quantity_text(float(normal[at]), "N")
         lines.append(f"{reach}{where} under {load}")
     return f"{', '.join(lines)}, loaded from rest"
 
@@ -201,7 +200,8 @@ def _first_to_slide(history: History) -> str:
     order = order_of_sliding(history, times)
     if not order.size:
         return "none" if is_complete(history) else "none of those recorded"
-    start, stop = np.nanmin(times), np.nanmax(times)
+    start = np.nanmin(times)
+    stop = np.nanmax(times)
     last_text = f"; asperity {order[-1]} last at {stop:.6g} s" if order.size > 1 else ""
     some = f"; {order.size:,} of {times.size:,} slide" if order.size < times.size else ""
     of_recorded = "" if is_complete(history) else " (of those recorded)"

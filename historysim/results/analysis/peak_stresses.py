@@ -63,7 +63,8 @@ def peak_stress(history: "xr.Dataset", poissons_ratio: float | str | None = None
 
     check_recorded(history, "contact_radius")
     poissons_ratio = history_poissons_ratio(history, poissons_ratio)
-    labels, radii = history["asperity"].values, history["contact_radius"].values
+    labels = history["asperity"].values
+    radii = history["contact_radius"].values
     columns: dict[str, list[Any]] = {
         f"{name}{end}": [] for name in MEASURES for end in ("", "_step", "_x", "_z")
     }
@@ -132,7 +133,8 @@ def find_peak(
 ) -> tuple[float, float, float]:
     """Return the largest stress of a measure below a contact [Pa], and its position x and z [m]."""
     radius = contact.contact_radius
-    x, z = radius * SECTION_X, radius * SECTION_Z
+    x = radius * SECTION_X
+    z = radius * SECTION_Z
     width = x[1] - x[0], z[-1] - z[-2]
     best = (-np.inf, 0.0, 0.0)
     for _ in range(ZOOMS + 1):
@@ -142,7 +144,8 @@ def find_peak(
         row, column = np.unravel_index(stress.argmax(), stress.shape)
         best = max(best, (float(stress[row, column]), float(x[row]), float(z[column])))
         around = np.linspace(-1.0, 1.0, 11)
-        x, z = best[1] + width[0] * around, np.unique(np.maximum(best[2] + width[1] * around, 0.0))
+        x = best[1] + width[0] * around
+        z = np.unique(np.maximum(best[2] + width[1] * around, 0.0))
         width = width[0] * ZOOM_FACTOR, width[1] * ZOOM_FACTOR
     return best
 

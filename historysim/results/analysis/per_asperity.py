@@ -185,7 +185,8 @@ class _Derived(BackendArray):
     """An array computed from variables of the same dimensions when it is indexed."""
 
     def __init__(self, compute: Callable[..., Floats], sources: Sequence[xr.Variable]) -> None:
-        self.dims, self.shape = sources[0].dims, sources[0].shape
+        self.dims = sources[0].dims
+        self.shape = sources[0].shape
         self.dtype = np.dtype(np.float64)
         self._compute, self._sources = compute, sources
 

@@ -144,8 +144,10 @@ class Capacity(NamedTuple):
 def capacity(history: History) -> Capacity:
     """Return the asperity that slides last at each step, and its displacement."""
     check_all_recorded(history)
-    friction, ratio = present_friction(history), displacement_ratio(history)
-    separation, labels = history["separation"].values, history["asperity"].values
+    friction = present_friction(history)
+    ratio = displacement_ratio(history)
+    separation = history["separation"].values
+    labels = history["asperity"].values
     result = Capacity(
         np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size)
     )
@@ -203,7 +205,8 @@ class _Virgin:
         )
         coefficient = np.broadcast_to(present_friction(history).at(step), height.shape)
         holds = (height > separation) & (coefficient > 0)
-        approach, friction = height[holds] - separation, coefficient[holds]
+        approach = height[holds] - separation
+        friction = coefficient[holds]
         modulus = float(history.attrs["contact_modulus"])
         load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
         return cls(friction * load, displacement_ratio(history) * friction * approach)
@@ -221,7 +224,8 @@ def first_loading(history: History, normal_load: float, points: int = 101) -> tu
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
     height, radius = (shape_in_step(history, f"summit_{name}", 0) for name in ("height", "radius"))
-    modulus, highest = float(history.attrs["contact_modulus"]), int(height.argmax())
+    modulus = float(history.attrs["contact_modulus"])
+    highest = int(height.argmax())
 
     def missing(depth: float) -> float:
         loads = (
@@ -251,7 +255,8 @@ def _evaluate_each_load(
     """Evaluate a function of the virgin curve at each step (step, count); 0 without frictional contact."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
-    separation, changes = history["separation"].values, present_friction(history).changes
+    separation = history["separation"].values
+    changes = present_friction(history).changes
     # steps of one separation have one curve, where neither friction nor shape changes
     steady = not changes and CHANGING_HEIGHT not in history
     _, indices, inverse = np.unique(separation, return_index=True, return_inverse=True)

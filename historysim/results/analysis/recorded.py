@@ -101,7 +101,8 @@ def is_complete(history: History) -> bool:
     rounding = max(1e-12, 4 * float(np.finfo(separation.dtype).eps))
     if CHANGING_HEIGHT in history:
         room = max(1e-9, rounding) * max(scale, np.abs(separation).max())
-        count, lowest = history["contact_count"].values, separation[:, np.newaxis] - room
+        count = history["contact_count"].values
+        lowest = separation[:, np.newaxis] - room
         heights = (
             (rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in step_blocks(history)
         )

@@ -77,7 +77,8 @@ def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
 def slide_times(history: History) -> Floats:
     """Return the times at which asperities first slide, up to the last step (asperity) [s]; NaN for never."""
     check_recorded(history, "slip_state", "slide_time")
-    times, end_time = history["slide_time"].values, history["time"].values[-1]
+    times = history["slide_time"].values
+    end_time = history["time"].values[-1]
     return np.where(times <= end_time, times, np.nan)
 
 
@@ -174,7 +175,8 @@ def slipping_area(history: History) -> Floats:
         area, stick = (history[name].isel(step=rows).values for name in names)
         if not patches:
             # π cancels in a fraction
-            area, stick = area**2, stick**2
+            area = area**2
+            stick = stick**2
         total = area.sum(axis=1)
         np.divide(total - stick.sum(axis=1), total, out=slipping[rows], where=total > 0)
     return slipping
@@ -219,7 +221,8 @@ def slip_note(history: History) -> str:
     if not swings:
         return ""
     spacing, reach = max(swings, key=lambda pair: pair[0] / pair[1])
-    apart, length = quantity_text(spacing, "m", 3), quantity_text(reach, "m", 3)
+    apart = quantity_text(spacing, "m", 3)
+    length = quantity_text(reach, "m", 3)
     return (
         f"recorded steps are {apart} apart, from a reversal to sliding it is {length}: too few to show how "
         f"slip spreads. What shows it: {math.ceil(SHOWN * spacing / reach)} times as many substeps"

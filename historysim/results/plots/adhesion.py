@@ -130,16 +130,19 @@ def _check_contacts(contacts: Contacts) -> dict[str, tuple[float, float]]:
 def _limits(usual: tuple[float, float], values: Iterable[float]) -> tuple[float, float]:
     low, high = usual
     for value in values:
-        low, high = min(low, value / 3), max(high, value * 3)
+        low = min(low, value / 3)
+        high = max(high, value * 3)
     return low, high
 
 
 def _zones(left: float, right: float, bottom: float, top: float) -> list[Item]:
     """Return the zones of the theories and the lines between them."""
     x = np.union1d(np.geomspace(left, right, FINE), [DMT_BELOW, JKR_ABOVE])
-    hertz, below_rigid = hertz_boundary(x), rigid_boundary(x)
+    hertz = hertz_boundary(x)
+    below_rigid = rigid_boundary(x)
     rigid = np.clip(below_rigid, bottom, hertz)
-    dmt, jkr = x <= DMT_BELOW, x >= JKR_ABOVE
+    dmt = x <= DMT_BELOW
+    jkr = x >= JKR_ABOVE
     zones: dict[Regime, tuple[Any, Any, Any]] = {
         Regime.HERTZ: (hertz, top, None),
         Regime.JKR: (bottom, hertz, jkr),

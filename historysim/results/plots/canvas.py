@@ -134,7 +134,7 @@ class Canvas:
     def heading(self, text: str, caption: str = "") -> None:
         """Write a title above the picture, on two lines at most, and a caption below it."""
         letters = int(2 * self.width / LETTER)
-        text = textwrap.shorten(text, letters, placeholder=" …")
+        text = textwrap.shorten(text, letters).replace(" [...]", " …")
         caption = re.sub(" +", " ", caption)
         lines = escape_math("\n".join(filter(None, (text, caption))))
         if self.target_axes is not None:
@@ -201,7 +201,8 @@ class Canvas:
     def part(self, figure: "SubFigure") -> "Canvas":
         """Return the canvas of a part of the figure, with the notices of the whole."""
         canvas = Canvas.from_figure(figure)
-        canvas.notices, canvas.is_part = self.notices, True
+        canvas.notices = self.notices
+        canvas.is_part = True
         return canvas
 
     def finish(self) -> bool:

@@ -75,7 +75,8 @@ class Curve:
     def _draw_coloured(self, axes: "Axes") -> Any:
         from matplotlib.collections import LineCollection
 
-        points, hue = np.column_stack([self.x, self.y]), np.asarray(self.hue)
+        points = np.column_stack([self.x, self.y])
+        hue = np.asarray(self.hue)
         # one path for each pair of points would take longer than the replay
         ends = np.unique(np.linspace(0, hue.size - 1, self.colours + 1).astype(int))
         pieces = [points[start : stop + 1] for start, stop in itertools.pairwise(ends)]

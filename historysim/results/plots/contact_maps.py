@@ -82,7 +82,8 @@ class ContactMapPicture(Picture):
 
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return the zones of a map that was solved as a whole, else the summits."""
-        surface, step = load_surface(data), step_number(self.step, data)
+        surface = load_surface(data)
+        step = step_number(self.step, data)
         if SOLVED in surface:
             at = float(data["time"].values[step])
             return query_map_source(
@@ -106,7 +107,8 @@ def _solved_sheet(origin: ReplaySource, state: State, at: float) -> Sheet:
     """Return the maps of a contact that was solved as a whole, and of its independent summits."""
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(map_sides(origin), shape, strict=True))
-    fields, extent = compute_point_maps(origin, state), _extent(origin)
+    fields = compute_point_maps(origin, state)
+    extent = _extent(origin)
     options: dict[str, Any] = {"share": "map", "x": "$x$ (m)", "y": "$y$ (m)", "height": 38.0}
     zones = {
         "whole map": _zone(origin, state),
@@ -139,7 +141,8 @@ def _independent(
     origin: ReplaySource, at: float, shape: tuple[int, int], pixel: tuple[float, ...]
 ) -> Floats:
     """Stick and slip of the summits of the map, each a circle, where they carry the same loads by themselves."""
-    arrays, zones = origin.surface, np.full(shape, np.nan)
+    arrays = origin.surface
+    zones = np.full(shape, np.nan)
     if arrays["height"].shape != tuple(shape):
         return zones
     periodic = bool(origin.settings["surface_attributes"]["periodic"])

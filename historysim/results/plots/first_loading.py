@@ -53,7 +53,8 @@ class LoadCurvePicture(Picture):
 
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return a chart for each quantity."""
-        curve, charts = load_curve(data), {}
+        curve = load_curve(data)
+        charts = {}
         approach = curve["approach"].values
         for name in (name for name in CURVES if name in curve):
             items = [Curve(approach, curve[name].values, "this contact", BLUE)]
@@ -81,7 +82,8 @@ class PullOffPicture(Panel):
 
     def sheet(self, data: xr.Dataset) -> Chart:
         """Return the loads of the history, all equilibria, and the point of pull-off."""
-        curve, separation = pull_off(data), data["separation"].values
+        curve = pull_off(data)
+        separation = data["separation"].values
         recorded = Curve(
             curve.attrs["highest_summit"] - separation,
             data["total_normal_load"].values,
@@ -128,7 +130,8 @@ def check_worn(history: xr.Dataset) -> None:
 def wear_chart(history: xr.Dataset) -> Chart:
     """Return the worn volume of all asperities, and of those with the greatest wear, over time."""
     steps = select_steps(history)
-    time, worn = history["time"].values[steps], history["worn_volume"].isel(step=steps).values
+    time = history["time"].values[steps]
+    worn = history["worn_volume"].isel(step=steps).values
     items = [Curve(time, worn.sum(axis=1), "all", {"color": INK, "linewidth": 1.3})]
     selected = (
         np.argsort(-worn[-1], kind="stable")[:MOST_WORN]
@@ -188,7 +191,8 @@ class YieldingPicture(Picture):
                 "the history has no yielded_depth; expected one of a scenario with surface.yielding, "
                 "with its asperities"
             )
-        steps, items = select_steps(data), []
+        steps = select_steps(data)
+        items = []
         course = [
             data["summit_height"].values.max() - data["separation"].values,
             data["total_normal_load"].values,
@@ -254,13 +258,12 @@ class AreaLawsPicture(Titled):
             hardness=data.hardness,
             whole_map=self.whole_map,
         )
-        load, area, items = (
-            laws["normal_load"].values,
-            laws["real_contact_area"].values,
-            list[Item](),
-        )
+        load = laws["normal_load"].values
+        area = laws["real_contact_area"].values
+        items = list[Item]()
         for number, law in enumerate(str(name) for name in laws["law"].values):
-            look, label = line_style(number, laws.sizes["law"]), law
+            look = line_style(number, laws.sizes["law"])
+            label = law
             holds = (
                 laws["holds"].values[number] if "holds" in laws else np.ones(load.size, dtype=bool)
             )

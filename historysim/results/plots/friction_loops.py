@@ -156,7 +156,8 @@ class LoopsPicture(Panel):
         if others or history.attrs.get("content") == SWEEP:
             raise InputError("colour: applies to the loop of one history; expected one result")
         check_recorded(history, LOOP[1])
-        thin, slips = thin_history(history), self.colour == "slip"
+        thin = thin_history(history)
+        slips = self.colour == "slip"
         hue = slipping_area(history)[select_steps(history)] if slips else thin["time"].values
         line = Curve(
             thin[LOOP[1]].values,
@@ -210,7 +211,8 @@ class LoopsPicture(Panel):
     ) -> list[Item]:
         """Return a loop over the contact and the drive, with its δ, which is added to `ends`."""
         area, work = _shade(loop, style["color"]) if self.work else ([], "")
-        items, load = area, loop.rows[LOOP[0]].values
+        items = area
+        load = loop.rows[LOOP[0]].values
         for row, displacement in enumerate(self._displacements(loop.rows)):
             look = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
             if row and not loop.label:
@@ -255,7 +257,8 @@ def _band_of_pasts(thin: xr.Dataset) -> list[Item]:
     ):
         if f"{name}_lower" not in thin:
             continue
-        lower, upper = thin[f"{name}_lower"].values, thin[f"{name}_upper"].values
+        lower = thin[f"{name}_lower"].values
+        upper = thin[f"{name}_upper"].values
         if (lower < upper).any():
             items.append(Shape(method, (along, lower, upper), look))
             look = {**look, "label": None}
@@ -304,7 +307,8 @@ def _history_cell(history: xr.Dataset) -> Cell:
     if not is_complete(history) or SLOPE in history:
         return Cell(history, label)
     peak = history.isel(step=[int(history["total_normal_load"].values.argmax())])
-    reach, work = analysis.preliminary_displacement(peak), analysis.presliding_work(peak)
+    reach = analysis.preliminary_displacement(peak)
+    work = analysis.presliding_work(peak)
     return Cell(history, label, float(reach[0]), float(work[0]))
 
 
@@ -349,7 +353,8 @@ def _states(rows: xr.Dataset, steps: Sequence[str | int] | None) -> list[Item]:
 
 def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
     """Return the first branch from sliding to sliding: displacement from its reversal [m], load [N], and δ [m]."""
-    u, t = loop.rows[LOOP[1]].values, loop.rows[LOOP[0]].values
+    u = loop.rows[LOOP[1]].values
+    t = loop.rows[LOOP[0]].values
     if loop.reach is None:
         raise InputError(
             "the preliminary displacement of the loops is not known; expected it among the outputs"
@@ -365,7 +370,8 @@ def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
     start = int(starts[0])
     ends = np.flatnonzero(slides[start + 1 :])
     stop = start + 1 + int(ends[0]) if ends.size else t.size - 1
-    distance, sign = np.abs(u[start : stop + 1] - u[start]), np.sign(t[start])
+    distance = np.abs(u[start : stop + 1] - u[start])
+    sign = np.sign(t[start])
     load = t[start : stop + 1] * sign
     inside = distance < 2 * loop.reach
     return np.append(distance[inside], 2 * loop.reach), np.append(load[inside], -top), loop.reach
@@ -374,7 +380,8 @@ def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
 def _shade(loop: Cell, colour: Any) -> tuple[list[Item], str]:
     """Return the closed loop between ±δ, which reverses at the start of sliding, and its area, the work."""
     distance, load, reach = _branch(loop)
-    u, t = np.concatenate([reach - distance, distance - reach]), np.concatenate([load, -load])
+    u = np.concatenate([reach - distance, distance - reach])
+    t = np.concatenate([load, -load])
     # the drawn loop has corners: the exact work is stated where it is known
     work = loop.work or abs(2 * float(np.trapezoid(load, distance)))
     fill = Shape("fill", (u, t), {"color": colour, "alpha": 0.22, "linewidth": 0, "zorder": 0.5})
@@ -390,7 +397,8 @@ def _drift(loops: Sequence[Cell]) -> list[Item]:
     ends = [
         (float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]
     ]
-    low, items = -0.32 * max(top for _, top in ends), list[Item]()
+    low = -0.32 * max(top for _, top in ends)
+    items = list[Item]()
     for number, (reach, top) in enumerate(ends):
         items.append(
             Curve([reach] * 2, [top, low], "", {"color": INK, "linewidth": 0.6, "linestyle": ":"})
@@ -412,7 +420,9 @@ def _load_charts(rows: xr.Dataset) -> dict[str, Chart]:
         raise InputError(
             "loads: there is no total_normal_load; expected a history, or it among the outputs"
         )
-    names, time, charts = named_states(rows), rows["time"].values, {}
+    names = named_states(rows)
+    time = rows["time"].values
+    charts = {}
     steps = list(names.values())
     for letter, name, text in (
         ("N", "total_normal_load", "normal load"),

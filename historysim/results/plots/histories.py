@@ -232,7 +232,8 @@ class HodographPicture(Picture):
             raise InputError(
                 "the history has no drive; expected one with an instrument, or drive = false"
             )
-        thin, angle = thin_history(data), np.linspace(0, 2 * np.pi, 200)
+        thin = thin_history(data)
+        angle = np.linspace(0, 2 * np.pi, 200)
         limit = float(thin["friction_limit"][-1])
         circle = Curve(limit * np.cos(angle), limit * np.sin(angle), "", DASHED)
         load = _path(
@@ -249,7 +250,8 @@ def _slip_map(history: xr.Dataset) -> Chart:
     from matplotlib.colors import ListedColormap
     from matplotlib.ticker import MaxNLocator
 
-    steps, count = history.sizes["step"], history.sizes["asperity"]
+    steps = history.sizes["step"]
+    count = history.sizes["asperity"]
     step_stride, row_stride = -(-steps // MOST_COLUMNS), -(-count // MOST_ROWS)
     by_height = np.argsort(-history["summit_height"].values, kind="stable")[::row_stride]
     recorded = history["slip_state"].isel(step=slice(None, None, step_stride))
@@ -311,7 +313,8 @@ class StiffnessPicture(Picture):
         """Return both charts."""
         check_recorded(data, "tangential_stiffness")
         thin = thin_history(data)
-        displacement, time = thin["tangential_displacement"].values, thin["time"].values
+        displacement = thin["tangential_displacement"].values
+        time = thin["time"].values
         load, stiffness = (
             Curve(displacement, thin[name].values, hue=time)
             for name in ("total_tangential_load", "tangential_stiffness")

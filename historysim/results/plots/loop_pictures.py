@@ -78,7 +78,8 @@ class MeasuredLoopsPicture(Titled):
     def sheet(self, data: Loops) -> Sheet:
         """Return the loops, and the trends next to them."""
         sets = [data] if self.model is None else [data, self.model]
-        has_trends, several_loads = len(data) > 1, int(data.load_level.max()) > 0
+        has_trends = len(data) > 1
+        several_loads = int(data.load_level.max()) > 0
         items = _levels(sets, self.labels) if several_loads else _loops(sets, self.labels)
         names = (
             [f"{escape_math(label)}, from loop to loop" for label in self.labels]
@@ -178,9 +179,12 @@ def _branches(loops: Loops, which: Integers | None = None) -> list[list[int]]:
 def _means(loops: Loops) -> list[Item]:
     """Return marks of the means at the forward branch of the typical loop and at both of its plateaus."""
     start, turn, stop = loops.ends[_typical(loops)]
-    u, f = loops.trace.displacement, loops.trace.tangential_load
+    u = loops.trace.displacement
+    f = loops.trace.tangential_load
     low, high = (start, turn) if u[start] < u[turn] else (turn, stop)
-    lower, upper, bottom = u[low], u[high], f[low]
+    lower = u[low]
+    upper = u[high]
+    bottom = f[low]
     top, backward = (loops.statistics("friction_force", direction).mean for direction in DIRECTIONS)
     if not np.isfinite([top, backward]).all():
         # without sliding there is no friction force to mark
@@ -195,7 +199,8 @@ def _means(loops: Loops) -> list[Item]:
     ]
     displacement = loops.statistics("preliminary_displacement", "forward").mean
     if np.isfinite(displacement):
-        middle, reached = bottom + 0.3 * (top - bottom), lower + displacement
+        middle = bottom + 0.3 * (top - bottom)
+        reached = lower + displacement
         dots = line | {"linewidth": 0.5, "linestyle": (0, (1, 2))}
         items += [
             span((lower, middle), (reached, middle)),
@@ -207,7 +212,8 @@ def _means(loops: Loops) -> list[Item]:
         rise = loops.definitions.initial_part * (top - bottom)
         # through the middle of the fitted samples, and on to where it is visible
         fitted = slice(low, low + max(int((f[low:] >= bottom + rise).argmax()), 1))
-        x, y = u[fitted].mean(), f[fitted].mean()
+        x = u[fitted].mean()
+        y = f[fitted].mean()
         ends = np.array([bottom, bottom + 0.6 * (top - bottom)])
         items.append(Curve(x + (ends - y) / stiffness, ends, "", line))
         items.append(
@@ -259,10 +265,8 @@ def _trends(
         values = [loops[quantity].values.reshape(loops.sizes["loop"], -1) for loops in sets]
         # one marker for each direction, or a dot for the whole loop
         markers = MARKERS if values[0].shape[1] == len(MARKERS) else "o"
-        columns, finite = (
-            len(sets) * len(markers),
-            np.concatenate([array[np.isfinite(array)] for array in values]),
-        )
+        columns = len(sets) * len(markers)
+        finite = np.concatenate([array[np.isfinite(array)] for array in values])
         for number, (loops, value, colour) in enumerate(zip(sets, values, COLOURS, strict=False)):
             look: dict[str, Any] = {
                 "color": colour,
@@ -310,7 +314,8 @@ def _chart(values: "xr.DataArray", items: Sequence[Item], **options: Any) -> Cha
 
 def _from_zero(values: Floats) -> tuple[float, float]:
     """Return limits of an axis that include 0, so that heights compare, and leave room above the values."""
-    low, high = np.nanmin(values, initial=0.0), np.nanmax(values, initial=0.0)
+    low = np.nanmin(values, initial=0.0)
+    high = np.nanmax(values, initial=0.0)
     return 1.2 * float(low), 1.2 * float(high) or 1.0
 
 
@@ -343,7 +348,8 @@ class FrettingPicture(Titled):
         """Return charts of a fretting report, or of a Dataset of loops or a report."""
         table = data.to_dataset() if isinstance(data, Fretting) else data
         along = "run" if "run" in table.dims else "loop"
-        number, charts = table[along].values, {}
+        number = table[along].values
+        charts = {}
         logarithmic = number.min() > 0 and number.max() >= DECADES * number.min()
         look = {"marker": "o", "linestyle": "", "color": COLOURS[0], "ms": 3.5, "clip_on": False}
         for letter, (name, transition) in FRETTING.items():
@@ -388,10 +394,8 @@ class LoopLevelsPicture(Titled):
     def sheet(self, data: "LoopTable | xr.Dataset") -> Sheet:
         """Return charts of a table of loops, or of the Dataset of its `to_dataset`."""
         table = data.to_dataset() if isinstance(data, LoopTable) else data
-        along, charts = (
-            table[next(name for name in ("level", "amplitude_class") if name in table.coords)],
-            {},
-        )
+        along = table[next(name for name in ("level", "amplitude_class") if name in table.coords)]
+        charts = {}
         for letter, quantity in LEVELS.items():
             items, law = _level(table, quantity)
             if law:
@@ -415,7 +419,8 @@ class LoopLevelsPicture(Titled):
 
 def _level(table: "xr.Dataset", quantity: str) -> tuple[list[Item], str]:
     """Return the means of a quantity with their scatter, and its law."""
-    values, items = table[quantity], list[Item]()
+    values = table[quantity]
+    items = list[Item]()
     along = table[values.dims[0]].values
     by_direction = "direction" in values.dims
     for number, (direction, marker, colour) in enumerate(
@@ -431,14 +436,17 @@ def _level(table: "xr.Dataset", quantity: str) -> tuple[list[Item], str]:
                 along, rows[quantity].values, direction, look, errors={"yerr": scatter}, shift=shift
             )
         )
-    attributes, load = table.attrs, np.linspace(float(along.min()), float(along.max()), 60)
+    attributes = table.attrs
+    load = np.linspace(float(along.min()), float(along.max()), 60)
     if quantity == "friction_force" and "friction_line_slope" in attributes:
-        slope, offset = attributes["friction_line_slope"], attributes["friction_line_intercept"]
+        slope = attributes["friction_line_slope"]
+        offset = attributes["friction_line_intercept"]
         law = slope * load + offset
         text = f"$F$ = {slope:.3g} $N$ {'−' if offset < 0 else '+'} {quantity_text(abs(offset), 'N', 3)}"
     elif f"{quantity}_exponent" in attributes:
         exponent = attributes[f"{quantity}_exponent"]
-        law, text = attributes[f"{quantity}_factor"] * load**exponent, f"∝ $N^{{{exponent:.2f}}}$"
+        law = attributes[f"{quantity}_factor"] * load**exponent
+        text = f"∝ $N^{{{exponent:.2f}}}$"
     else:
         return items, ""
     return [*items, Curve(load, law, "", DASHED | {"zorder": 0})], text

@@ -225,7 +225,8 @@ def draw(
     """Return a picture by its name, of a history or several, of a sweep or a scenario; options are its fields."""
     if name == "loop":
         # a name of the public contract
-        name, options = "loops", {"colour": "slip", **options}
+        name = "loops"
+        options = {"colour": "slip", **options}
     single = not isinstance(subject, list | tuple)
     available = {
         key: kind
@@ -375,7 +376,8 @@ def _draw_dataset(
     options: dict[str, Any],
 ) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
-    content, called = dataset.attrs.get("content"), name or "this Dataset"
+    content = dataset.attrs.get("content")
+    called = name or "this Dataset"
     # the variables of a sweep may be loads, too
     if content == SWEEP:
         return _draw_sweep(dataset, picture, target, options)

@@ -50,7 +50,8 @@ class ComparisonPicture(Titled):
 
     def sheet(self, data: Comparison) -> Sheet:
         """Return all charts."""
-        observation, residuals = data.observation, data.residuals
+        observation = data.observation
+        residuals = data.residuals
         time = observation.time
         loads = [
             _thin_curve(
@@ -113,13 +114,15 @@ def _thin_curve(x: Floats, y: Floats, label: str, look: Look) -> Curve:
 
 
 def _compared_loops(comparison: Comparison) -> list[Item]:
-    observation, response = comparison.observation, comparison.response
+    observation = comparison.observation
+    response = comparison.response
     # along a branch the model follows the order of displacements, not of time
     order = response.order
     dots = DOTS | {"color": MEASURED}
     # the model is drawn over the points, in whose noise it would be hidden
-    line: Look = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
-    load, displacement = observation.tangential_load, observation.displacement
+    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
+    load = observation.tangential_load
+    displacement = observation.displacement
     items: list[Item] = [
         _thin_curve(displacement, load, "measured", dots),
         Curve(response.displacement[order], response.tangential_load[order], "model", line),
@@ -178,14 +181,13 @@ class RecordPicture(Titled):
     def sheet(self, data: Measurement) -> Sheet:
         """Return channels over time, a detail, and amplitudes over the frequency; without an even clock no spectrum."""
         charts: dict[str, Chart] = {}
-        channels, wide = _changing(data), []
+        channels = _changing(data)
+        wide = []
         for number, (name, values) in enumerate(channels.items()):
             read = values + data.removed[name] if name in data.removed else None
-            words, unit, letters = (
-                name.replace("_", " "),
-                load_kind(name).unit,
-                [chr(65 + 3 * number + k) for k in range(3)],
-            )
+            words = name.replace("_", " ")
+            unit = load_kind(name).unit
+            letters = [chr(65 + 3 * number + k) for k in range(3)]
             window = _detail(values)
             options: dict[str, Any] = {"y": f"({unit})", "margins": (0.01, 0.05), "height": 24.0}
             all_samples, detail = (
@@ -269,7 +271,8 @@ class SlidingPicture(Titled):
     def sheet(self, data: Sliding) -> Chart:
         """Return samples, windows, peak and approach."""
         indices = thin_samples(data.place.size, [data.coefficient], MOST_SAMPLES)
-        friction, items = data.coefficient[indices], list[Item]()
+        friction = data.coefficient[indices]
+        items = list[Item]()
         dots = {"marker": "o", "linestyle": "", "color": STATE_COLOURS[1], "ms": 3, "zorder": 2}
         if np.isfinite(friction).any():
             faint = DOTS | {"ms": 2.2, "color": FAINT, "alpha": 0.6, "zorder": 1}
@@ -356,7 +359,8 @@ def _columns_by_unit(table: "xr.Dataset") -> tuple[str, dict[str, Any], dict[str
 
 
 def _label(name: str, unit: str) -> str:
-    words, text = name.replace("_", " "), format_unit(unit)
+    words = name.replace("_", " ")
+    text = format_unit(unit)
     return f"{words} ({text})" if text else words
 
 
@@ -405,13 +409,16 @@ class CreepPicture(Titled):
 def _creep_parts(data: Creep) -> Chart:
     """Return bars of the change of the load against its direction, a bar for each hold."""
     sense = np.sign([hold.tangential_load for hold in data.holds])
-    number, low, high = np.arange(1, sense.size + 1), np.zeros(sense.size), np.zeros(sense.size)
+    number = np.arange(1, sense.size + 1)
+    low = np.zeros(sense.size)
+    high = np.zeros(sense.size)
     items: list[Item] = []
     for name, colour in (("memory", MODEL), ("relaxation", CORRECTED), ("sensor", FAINT)):
         values = np.nan_to_num(sense * [getattr(hold, name) for hold in data.holds])
         bars = {"bottom": np.where(values < 0, low, high), "color": colour, "label": name}
         items.append(Shape("bar", (number, values, 0.7), bars))
-        low, high = low + np.minimum(values, 0), high + np.maximum(values, 0)
+        low = low + np.minimum(values, 0)
+        high = high + np.maximum(values, 0)
     mark = {"marker": "_", "linestyle": "", "color": INK, "ms": 9, "mew": 1.2}
     items.append(Curve(number, sense * [hold.change for hold in data.holds], "measured", mark))
     labels: dict[str, Any] = {

@@ -94,7 +94,8 @@ class ContactAtStep:
 
 def surface_sheet(surface: xr.Dataset, contact: ContactAtStep) -> Sheet:
     """Return a surface with its summits, those in contact in the colour of their state, and their distribution."""
-    count, charts = surface.sizes["summit"], {}
+    count = surface.sizes["summit"]
+    charts = {}
     if has_positions(surface):
         is_profile = "height" in surface and 1 in surface["height"].shape
         charts["M"] = (_profile if is_profile else _summit_map)(surface, contact)
@@ -264,7 +265,8 @@ def _heights(surface: xr.Dataset, extent: Any, *, darkest: float) -> list[Item]:
             *items,
             Map(heights, extent, look={"cmap": greys, "vmin": low - 1e-9, "vmax": high + 1e-9}),
         ]
-    below, above = finite.min() < low, finite.max() > high
+    below = finite.min() < low
+    above = finite.max() > high
     extend = "both" if below and above else "min" if below else "max" if above else "neither"
     return [
         *items,
@@ -295,10 +297,8 @@ def _distribution(contact: ContactAtStep) -> Chart:
     ]
     axes: dict[str, Any] = {}
     if not radii.size:
-        items, axes = (
-            [Note("no summits", (0.5, 0.5), (0, 0), {"color": FAINT})],
-            {"xticks": [], "yticks": []},
-        )
+        items = [Note("no summits", (0.5, 0.5), (0, 0), {"color": FAINT})]
+        axes = {"xticks": [], "yticks": []}
     elif np.ptp(radii) <= 1e-12 * radii.max():
         axes = {"ylim": (0, 2 * radii.max())}
     # radii of rough surfaces range over decades
@@ -309,9 +309,11 @@ def _distribution(contact: ContactAtStep) -> Chart:
 
 def _marks(x: Floats, y: Floats, contact: ContactAtStep) -> list[Item]:
     """Return marks of summits by their state; a surface alone has one type of mark."""
-    state, names = contact.state, STATES if contact.flat else ("",) * 4
+    state = contact.state
+    names = STATES if contact.flat else ("",) * 4
     separated = np.flatnonzero(state == SEPARATED)
-    label, count = names[SEPARATED], separated.size
+    label = names[SEPARATED]
+    count = separated.size
     if count > MOST_MARKS:
         # at random: every so many-th summit of a regular array would be another array
         separated = np.random.default_rng(0).choice(separated, MOST_MARKS, replace=False)
@@ -428,7 +430,8 @@ class SummitsPicture(Panel):
             if beyond
             else ""
         )
-        letters, across = "".join(charts), min(len(charts), 3)
+        letters = "".join(charts)
+        across = min(len(charts), 3)
         rows = ";".join(
             letters[k : k + across].ljust(across, ".") for k in range(0, len(letters), across)
         )
@@ -437,7 +440,8 @@ class SummitsPicture(Panel):
 
 
 def _scatter(summits: Summits, size: float, colour: str, name: str) -> list[Item]:
-    height, radius = summits.height, summits.radius
+    height = summits.height
+    radius = summits.radius
     dots = {
         "color": colour,
         "alpha": 0.7,
@@ -521,7 +525,9 @@ def _difference(registration: Registration, section: float) -> Chart:
     import matplotlib as mpl
 
     difference = registration.difference
-    lost, size, pixel = difference.heights, difference.size, np.array(difference.pixel_size)
+    lost = difference.heights
+    size = difference.size
+    pixel = np.array(difference.pixel_size)
     limit = max(float(np.nanpercentile(np.abs(lost), DEEPEST)), 3 * registration.noise) or 1e-9
     colours = mpl.colormaps[DIVERGING].with_extremes(bad=NOT_MEASURED)
     look = {"cmap": colours, "vmin": -limit, "vmax": limit}

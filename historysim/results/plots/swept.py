@@ -129,7 +129,8 @@ class CurvePicture(Panel):
                 line.dropna(subset="y"), labels[number], look | {"linewidth": 1.0}, shift
             )
             limits += line["x"].tolist()
-        low, high = np.nanmin(limits), np.nanmax(limits)
+        low = np.nanmin(limits)
+        high = np.nanmax(limits)
         axes: dict[str, Any] = {"ylim": (0.0, None)} if self.from_zero else {}
         log = (
             "xy"
@@ -204,7 +205,8 @@ class CurvePicture(Panel):
         """Return one of some lines with its spread and fit."""
         if line.empty:
             return []
-        x, y = line["x"].to_numpy(), line["y"].to_numpy()
+        x = line["x"].to_numpy()
+        y = line["y"].to_numpy()
         if self.spread == "quantiles" and not self.ends:
             band = {"color": look["color"], "alpha": 0.2, "linewidth": 0}
             items: list[Item] = [
@@ -215,7 +217,8 @@ class CurvePicture(Panel):
             errors: dict[str, Any] = {}
             for axis in "xy":
                 if f"{axis}_low" in line and line[f"{axis}_low"].notna().any():
-                    low, high = line[axis] - line[f"{axis}_low"], line[f"{axis}_high"] - line[axis]
+                    low = line[axis] - line[f"{axis}_low"]
+                    high = line[f"{axis}_high"] - line[axis]
                     errors[f"{axis}err"] = np.maximum([low, high], 0.0)
             items = [
                 Curve(x, y, label, look, errors=errors, shift=shift if "yerr" in errors else 0.0)
@@ -224,7 +227,9 @@ class CurvePicture(Panel):
 
     def _resolve_axes(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
         """Return the quantity of the x axis, the dimension of the points and the dimension of the lines."""
-        values, grouping, over = sweep[quantity], self.each, self.over
+        values = sweep[quantity]
+        grouping = self.each
+        over = self.over
         dims = [str(name) for name in values.dims]
         for name, available in ((over, [*dims, *_numbers_over(sweep, quantity)]), (grouping, dims)):
             if name is not None and name not in available:
@@ -300,14 +305,13 @@ def _fit(x: Floats, y: Floats, fit: str, colour: Any) -> list[Item]:
     if fit == "power":
         exponent, constant = np.polyfit(np.log(x), np.log(y), 1)
         at = np.geomspace(x.min(), x.max(), 60)
-        law, label = np.exp(constant) * at**exponent, f"exponent {exponent:.2f}"
+        law = np.exp(constant) * at**exponent
+        label = f"exponent {exponent:.2f}"
     else:
         slope, offset = np.polyfit(x, y, 1)
         at = np.array([x.min(), x.max()])
-        law, label = (
-            slope * at + offset,
-            f"straight line, $R^2$ = {np.corrcoef(x, y)[0, 1] ** 2:.3f}",
-        )
+        law = slope * at + offset
+        label = f"straight line, $R^2$ = {np.corrcoef(x, y)[0, 1] ** 2:.3f}"
     return [
         Curve(
             at,
@@ -377,13 +381,17 @@ class BarsPicture(Panel):
     def sheet(self, data: xr.Dataset) -> Sheet:
         """Return a bar for each cell; error bars are the standard deviation over seeds."""
         sweep = select_cells(data, self.where)
-        dimension, values = self._dimension(sweep), sweep[self.quantity]
+        dimension = self._dimension(sweep)
+        values = sweep[self.quantity]
         cells = values.to_series().groupby(level=dimension, sort=False)
-        mean, deviation = cells.mean().to_numpy(), cells.std().fillna(0.0).to_numpy()
-        unit, top = str(values.attrs.get("units", "")), float((mean + deviation).max())
+        mean = cells.mean().to_numpy()
+        deviation = cells.std().fillna(0.0).to_numpy()
+        unit = str(values.attrs.get("units", ""))
+        top = float((mean + deviation).max())
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
         items: list[Item] = []
-        width, start = 0.8 / len(kinds), 0
+        width = 0.8 / len(kinds)
+        start = 0
         for number, (group, names) in enumerate(self.groups.items()):
             heights, errors = (array[start : start + len(names)] for array in (mean, deviation))
             start += len(names)

@@ -33,8 +33,10 @@ class PrefixFormatter(Formatter):
     def format_ticks(self, values: Any) -> list[str]:
         """Choose the prefix for the present limits, write it into the labels, and format the ticks."""
         own_axis: Any = self.axis
-        limits, is_log = _limits(own_axis), own_axis.get_scale() == "log"
-        center, span = sum(limits) / 2, abs(limits[1] - limits[0])
+        limits = _limits(own_axis)
+        is_log = own_axis.get_scale() == "log"
+        center = sum(limits) / 2
+        span = abs(limits[1] - limits[0])
         offset = 0.0
         if not is_log and 0 < span < COMMON_PART * np.abs(limits).max():
             decade = 10.0 ** math.ceil(math.log10(span))
@@ -63,7 +65,8 @@ def _limits(axis: Axis) -> Any:
 
 def set_prefix(axis: Axis, *, every_unit: bool = False) -> None:
     """Choose a prefix for an axis with linear ticks that is labelled in an SI unit, "load (N)"."""
-    formatter, labels = axis.get_major_formatter(), _labels_in_si(axis)
+    formatter = axis.get_major_formatter()
+    labels = _labels_in_si(axis)
     unit = labels[axis][1]
     numeric = isinstance(formatter, ScalarFormatter | PrefixFormatter) or every_unit
     if numeric and (unit in WITH_PREFIX or every_unit):
@@ -94,13 +97,15 @@ def set_log_scale(axis: Axis) -> None:
 def _labels_in_si(axis: Axis) -> dict[Axis, tuple[str, str]]:
     """Return the quantity and SI unit of an axis and of those that share its limits."""
     axes: Any = axis.axes
-    is_x, formatter = isinstance(axis, XAxis), axis.get_major_formatter()
+    is_x = isinstance(axis, XAxis)
+    formatter = axis.get_major_formatter()
     siblings = (axes.get_shared_x_axes() if is_x else axes.get_shared_y_axes()).get_siblings(axes)
     labels = {}
     for member in (sibling.xaxis if is_x else sibling.yaxis for sibling in siblings):
         quantity, unit = split_label(text := _read_label(member))
         if isinstance(formatter, PrefixFormatter) and text and text == formatter.label(member):
-            quantity, unit = formatter.quantities[member], formatter.unit
+            quantity = formatter.quantities[member]
+            unit = formatter.unit
         labels[member] = quantity, unit
     return labels
 

@@ -111,7 +111,8 @@ class TractionPicture(Panel):
         reach = max(float(state.profile["radius"][-1]) for state in states)
         if self.ellipse_at is not None:
             ellipse, radius = self._ellipse(states, self.ellipse_at)
-            items, reach = items + ellipse, max(reach, radius)
+            items = items + ellipse
+            reach = max(reach, radius)
         has_neighbours = any(history.sizes["asperity"] > 1 for history in histories)
         return Chart(
             items=[*items, _Reach(reach or 1.0, both=self.across == "diameter")],
@@ -152,7 +153,8 @@ class TractionPicture(Panel):
         items: list[Item] = [Curve(radius, traction, label, {"color": colour, "linewidth": 1.2})]
         if state.base is not None:
             # the radii differ where the normal load changes
-            at, base = profile["radius"].values, state.base
+            at = profile["radius"].values
+            base = state.base
             base_traction = np.append(
                 np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0
             )
@@ -233,7 +235,8 @@ class TractionPicture(Panel):
 
     def _line(self, profile: xr.Dataset, name: str) -> tuple[Floats, Floats]:
         """Return the radii of a profile and its values, up to the edge of the contact, where they are 0."""
-        edge, radius = float(profile["contact_radius"]), profile["radius"].values
+        edge = float(profile["contact_radius"])
+        radius = profile["radius"].values
         values = np.append(np.where(radius < edge, profile[name].values, 0.0), 0.0)
         return self._both_sides(
             np.append(np.minimum(radius, edge), edge), odd=True
@@ -346,7 +349,8 @@ class AsperityPicture(Picture):
         """Return the traction over the radius."""
         extent = 1.1 * data.contact_radius or 1.0
         radius = np.linspace(0.0, extent, 801)
-        bound, traction = data.friction * data.pressure(radius), data.traction(radius)
+        bound = data.friction * data.pressure(radius)
+        traction = data.traction(radius)
         dashes = {"color": FAINT, "linewidth": 0.8, "linestyle": "--"}
         items: list[Item] = [
             Curve(radius, bound, "± friction × pressure", dashes),
@@ -362,7 +366,8 @@ class AsperityPicture(Picture):
         title = (
             f"{'asperity' if data.index is None else f'asperity {data.index}'}, {data.state_text}"
         )
-        label, axes = "tangential traction (Pa)", {"xlim": (0.0, extent)}
+        label = "tangential traction (Pa)"
+        axes = {"xlim": (0.0, extent)}
         return Chart(items=items, x="radius (m)", y=label, title=title, axes=axes)
 
 

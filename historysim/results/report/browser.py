@@ -184,7 +184,8 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
 
 def embedded_data(history: xr.Dataset, trajectory: Trajectory) -> tuple[dict[str, Any], bytes]:
     """Return the settings and arrays that the script reads; the settings hold type, start and length of each array."""
-    ensemble, labels = trajectory.ensemble, trajectory.labels
+    ensemble = trajectory.ensemble
+    labels = trajectory.labels
     directions = 2 if DIRECTION in history.sizes or are_in_plane(trajectory.paths) else 1
     peak = (
         history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values

@@ -75,7 +75,8 @@ def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
     try:
         script, interactive = _interactive_section(history)
     except InputError as error:
-        script, interactive = "", Section(TIME, (paragraph(f"Not available: {error}", "note"),))
+        script = ""
+        interactive = Section(TIME, (paragraph(f"Not available: {error}", "note"),))
     sections = [
         _without_warnings(analysis.summary(history)),
         validity_section(history),
@@ -131,7 +132,8 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
         if "slip_state" in history:
             names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
             names += [name for name in ("yielding", "wear") if PICTURES[name].is_reported(history)]
-    blocks, lines = [], analysis.summary(history)
+    blocks = []
+    lines = analysis.summary(history)
     for name in names:
         kind = PICTURES[name]
         try:
@@ -203,7 +205,8 @@ def loops_page(loops: xr.Dataset) -> str:
     pictures: tuple[str, ...] = ()
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     if loops.attrs["content"] == LOOPS:
-        means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
+        means = "Mean ± standard deviation over the loops."
+        rows = table(lines[:split])
         caption = "How the loops change from one to the next; lines are their means."
         caption = add_values(
             caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal")
@@ -237,7 +240,8 @@ def loops_page(loops: xr.Dataset) -> str:
 
 def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[str]]:
     """Return the lines of loads or amplitudes as table rows, with a column for each load or amplitude."""
-    heading, rows = [""], dict[str, list[str]]()
+    heading = [""]
+    rows = dict[str, list[str]]()
     for label, text in lines:
         if label.startswith(" "):
             rows.setdefault(label.strip(), []).append(text)
@@ -265,10 +269,8 @@ def sliding_page(sliding: Sliding) -> str:
         "standard deviation of a sample",
         "samples",
     )
-    caption, lines = (
-        "The friction coefficient, its windows and the approach to the steady value.",
-        sliding.summary(),
-    )
+    caption = "The friction coefficient, its windows and the approach to the steady value."
+    lines = sliding.summary()
     caption = add_values(caption, lines, ("friction coefficient", "static peak", "steady value"))
     return page(
         f"Friction over {sliding.over}",
