@@ -179,8 +179,12 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
             return arrays.describe(contents, layout)
 
 
-def column_names(path: str | PathLike[str], format: Format | None = None) -> list[str]:  # noqa: A002 - as above
-    """Return the names of the columns of a file: names in the first table of a text, or paths of arrays.
+def column_names(
+    path: str | PathLike[str],
+    format: Format | None = None,  # noqa: A002 - as above
+    columns: Sequence[Column] = (),
+) -> list[str]:
+    """Return the names of the columns of a file: in a text's table with ``columns``, or the first; or paths of arrays.
 
     Errors as for `describe`.
     """
@@ -190,7 +194,7 @@ def column_names(path: str | PathLike[str], format: Format | None = None) -> lis
         if (text := _text_lines(path, layout, head_only=True)) is not None:
             from historysim.tables.head import Head
 
-            return list(Head.from_lines(*text).heading(()).names)
+            return list(Head.from_lines(*text).heading(columns).names)
         with find_reader(path, TableReader).open(path, layout) as contents:
             return [array.name for array in contents.arrays]
 

@@ -38,10 +38,10 @@ class RunColumn:
         return text if len(self.numbers) <= MOST_LISTED else f"{text}, … {self.numbers[-1]}"
 
 
-def find_run_column(path: Path, layout: Format) -> RunColumn | None:
-    """Find the column that numbers consecutive runs; None if there is no such column."""
+def find_run_column(path: Path, layout: Format, columns: Sequence[Column] = ()) -> RunColumn | None:
+    """Find the column that numbers consecutive runs in the table with ``columns``; None if there is no such column."""
     try:
-        names = column_names(path, layout)
+        names = column_names(path, layout, columns)
     except InputError:
         return None
     for pattern in (_CYCLE, _RUN):

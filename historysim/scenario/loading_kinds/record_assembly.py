@@ -327,7 +327,13 @@ class RawRecord:
 
     def remark_runs(self, path: Path) -> None:
         """Remark on a column that numbers runs, which are joined unless ``runs_by`` names it."""
-        runs = find_run_column(path, self.section)
+        columns = [
+            source
+            for channel in self.section.channels.values()
+            if channel.time is None
+            for source in channel.sources
+        ]
+        runs = find_run_column(path, self.section, columns)
         if runs is not None:
             text = (
                 f"column {runs.name!r} has the numbers {runs.runs_text}, and these runs are joined; if they are "
