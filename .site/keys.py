@@ -26,10 +26,10 @@ from historysim.contact.materials import MATERIALS, Material
 from historysim.loads.events import EVENTS, Event
 from historysim.loads.friction_course import FrictionCourse
 from historysim.results.plots.pictures import PICTURES, Panel, Picture
-from historysim.scenario import sections
+from historysim.scenario import analysis_sections, sections
 from historysim.scenario.loading_kinds import LOADINGS, channels, inline
 from historysim.scenario.picture_section import IN_SCENARIOS
-from historysim.scenario.schema import KindIn
+from historysim.scenario.schema import ImportedKind
 from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, Passes, SurfaceKind
 from historysim.tables import Column, Format
 
@@ -81,11 +81,11 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
     ),
     "`[instrument]`": ("", (Instrument,)),
     "`[rings]`": ("", (Rings,)),
-    "`[adhesion]`": ("", (sections.AdhesionSection,)),
+    "`[adhesion]`": ("", (analysis_sections.AdhesionSection,)),
     "`[record]`": ("", (sections.RecordSection,)),
-    "`[fit]`": ("", (sections.FitSection,)),
-    "`[sweep]`": ("", (sections.SweepSection,)),
-    "`[design]`": ("", (sections.DesignSection,)),
+    "`[fit]`": ("", (analysis_sections.FitSection,)),
+    "`[sweep]`": ("", (analysis_sections.SweepSection,)),
+    "`[design]`": ("", (analysis_sections.DesignSection,)),
     "`[picture]`": (
         "`kind` selects the picture. Pictures that fit into panels can be combined as several `[[picture]]`.",
         (Panel, PICTURES),
@@ -187,7 +187,7 @@ def type_text(kind: Any) -> str:
 
 def _quantity_text(plain: Any, mark: object) -> str:
     if not isinstance(mark, Quantity):
-        return "table" if isinstance(mark, KindIn) and not mark.alone else "text or table"
+        return "table" if isinstance(mark, ImportedKind) and not mark.alone else "text or table"
     unit = "number" if mark.unit == "1" else _unit(mark.unit)
     if mark.components:
         return (

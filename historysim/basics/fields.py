@@ -172,11 +172,13 @@ class QuantityFields:
                 attrs.resolve_types(kind)
         fields = [field for field in attrs.fields(kind) if field.init and field.converter is None]
         units = {field.alias: unit for field in fields if (unit := field_unit(field.type))}
-        construct, signature = cls.__init__, inspect.signature(cls.__init__)
+        construct = cls.__init__
+        # a signature takes longer than the class, and most classes have no instance in a run
+        read_signature = functools.cache(lambda: inspect.signature(construct))
 
         @functools.wraps(construct)
         def convert_and_construct(*arguments: Any, **options: Any) -> None:
-            bound = signature.bind(*arguments, **options)
+            bound = read_signature().bind(*arguments, **options)
             bound.apply_defaults()
             for name, unit in units.items():
                 if (value := bound.arguments[name]) is not attrs.NOTHING:

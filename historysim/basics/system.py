@@ -6,7 +6,6 @@ a process ends.
 """
 
 import contextlib
-import ctypes
 import errno
 import functools
 import importlib
@@ -116,6 +115,8 @@ _AT_FDCWD, _EXCHANGE = -100, 2  # of renameat2
 def exchange_folders(folder: Path, other: Path) -> None:
     """Exchange the names of two folders; in one step on Linux, so that neither name is ever missing."""
     with contextlib.suppress(OSError, AttributeError):
+        import ctypes
+
         rename: Any = ctypes.CDLL(None).renameat2
         if rename(_AT_FDCWD, os.fsencode(folder), _AT_FDCWD, os.fsencode(other), _EXCHANGE) == 0:
             return

@@ -1,6 +1,5 @@
 """The group of commands: lookup, help, and one message and exit code for each error."""
 
-import difflib
 import functools
 import importlib
 import io
@@ -79,6 +78,8 @@ CLOSE_OPTION = 0.75  # similarity of an option to an unknown one from which it i
 
 def _with_option(error: click.NoSuchOption, options: set[str]) -> click.UsageError:
     """Add the option that replaces an unknown one, or where options are written."""
+    import difflib
+
     unknown = f"No such option: {error.option_name}."
     replacement = REPLACED_OPTIONS.get(error.option_name, "")
     if replacement.partition(" ")[0] in options:

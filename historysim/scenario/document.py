@@ -14,7 +14,6 @@ from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
 from historysim.basics.wording import MOST_QUOTED, printable
 from historysim.errors import InputError
-from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.schema import from_table, structure
 from historysim.scenario.sections import Pictures, PictureSections, Sections
 from historysim.tables.readers import list_files
@@ -30,6 +29,8 @@ def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[
         )
     if not values:
         return source, from_table(Sections, document)
+    from historysim.scenario.grid import text_with_values, with_values
+
     return text_with_values(source, values), from_table(Sections, with_values(document, values))
 
 

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -30,7 +29,6 @@ from historysim.scenario.document import (
     parse_toml,
     read_sections,
 )
-from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.schema import from_table, located_errors
 from historysim.scenario.sections import Coefficients, Sections
@@ -62,6 +60,8 @@ class Scenario:
     sections: Sections  #: its structured content
 
     def _repr_html_(self) -> str:
+        from html import escape
+
         lines = [
             ("title", " ".join(self.title.split())),
             ("file", str(self.path)),
@@ -118,6 +118,8 @@ class Scenario:
 
     def at(self, point: Mapping[str, Any]) -> "Scenario":
         """Return the scenario at a point of a sweep, with its text unchanged; errors as for `load`."""
+        from historysim.scenario.grid import with_values
+
         with located_errors(self.path.name):
             return attrs.evolve(
                 self, sections=from_table(Sections, with_values(self.document, point))
@@ -319,7 +321,7 @@ class Scenario:
 
     def numbered_runs(self) -> "dict[int, Scenario]":
         """Return a scenario for each run of its files, by number of the run; errors as for `measurement`."""
-        from historysim.scenario.loading_kinds.measured_loading import RunLoading
+        from historysim.scenario.loading_kinds.run_loading import RunLoading
 
         with located_errors(self.path.name):
             loadings = RunLoading.read_all(self.path.parent, self.measured_loading())
@@ -330,6 +332,8 @@ class Scenario:
 
     def with_run_in_text(self) -> "Scenario":
         """Return the scenario of a run with the number of the run in its text."""
+        from historysim.scenario.grid import text_with_values
+
         return attrs.evolve(self, text=text_with_values(self.text, {"loading.run": self.run}))
 
     def check_comparable(self) -> None:

@@ -171,19 +171,21 @@ def _components(entry: Mapping[str, object], quantity: Quantity) -> tuple[float 
 
 
 @attrs.frozen
-class KindIn:
-    """Mark of a field whose table names its class, a kind of a registry that is imported on use."""
+class ImportedKind:
+    """Mark of a field whose class is imported on use: a class, or the kind of a registry that its table names."""
 
-    registry: str  #: as ``"module:NAME"``
+    path: str  #: of the class or the registry, as ``"module:NAME"``
     key: str = "kind"  #: key that holds the name
     alone: bool = False  #: whether a plain name is accepted instead of a table
 
     def structure(self, value: Any) -> object:  # noqa: ANN401 - of TOML
-        """Structure a table as the class that it names."""
-        module, _, name = self.registry.partition(":")
-        kinds = getattr(import_module(module), name)
+        """Structure a table as the class."""
+        module, _, name = self.path.partition(":")
+        imported = getattr(import_module(module), name)
+        if isinstance(imported, type):
+            return structure(value, imported)
         entry = {self.key: value} if self.alone and isinstance(value, str) else value
-        return kind_from_toml(entry, kinds, self.key)
+        return kind_from_toml(entry, imported, self.key)
 
 
 @attrs.frozen
@@ -193,11 +195,11 @@ class By:
     structure: Structure
 
 
-AnyFrictionLaw = Annotated[Any, KindIn("historysim.asperities.law:LAWS", "law")]
-AnyAttraction = Annotated[Any, KindIn("historysim.asperities.law:ATTRACTIONS", "law")]
-AnyWearLaw = Annotated[Any, KindIn("historysim.asperities.law:WEAR_LAWS", "law")]
+AnyFrictionLaw = Annotated[Any, ImportedKind("historysim.asperities.law:LAWS", "law")]
+AnyAttraction = Annotated[Any, ImportedKind("historysim.asperities.law:ATTRACTIONS", "law")]
+AnyWearLaw = Annotated[Any, ImportedKind("historysim.asperities.law:WEAR_LAWS", "law")]
 AnyYieldingLaw = Annotated[
-    Any, KindIn("historysim.asperities.law:YIELDING_LAWS", "law", alone=True)
+    Any, ImportedKind("historysim.asperities.law:YIELDING_LAWS", "law", alone=True)
 ]
 
 _SCALARS = {bool: "true or false", int: "a whole number", float: "a number", str: "a string"}

@@ -32,7 +32,7 @@ MOST_SUMMITS = 50_000_000
 LAWS: Final[Mapping[str, float]] = {"self-similar": -0.5, "curvature-invariant": 0.0}
 
 
-def generator(seed: object) -> np.random.Generator:
+def generator(seed: object) -> "np.random.Generator":
     """Return the PCG64 generator of a seed; InputError unless the seed is a whole number of 0 or more."""
     if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
         raise InputError(f"seed is {seed!r}; expected a whole number of 0 or more")

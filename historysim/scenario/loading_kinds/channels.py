@@ -30,8 +30,7 @@ from historysim.errors import InputError, error_path, field_error
 from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.measured import correction
 from historysim.scenario.loading_kinds import EACH, Loading
-from historysim.scenario.loading_kinds.inline import WaypointBlock
-from historysim.scenario.schema import NumbersFile, explicit_fields, from_table
+from historysim.scenario.schema import ImportedKind, NumbersFile, explicit_fields, from_table
 from historysim.tables import REFUSE_OR_DROP, Column
 from historysim.tables.columns import fit_unit
 
@@ -42,6 +41,7 @@ HUM_DEAD_BAND = 0.2
 COMBINED = ("sum", "mean", "difference")  # keys that combine several columns into one channel
 
 Area = Annotated[float, Quantity("m2")]
+AnyBlock = Annotated[Any, ImportedKind("historysim.scenario.loading_kinds.inline:WaypointBlock")]
 
 # SI units of columns that a scale with a unit converts
 _SIGNALS = ("V", "A", "rad", "m", "N", "Pa", "1")
@@ -439,7 +439,7 @@ class RecordKeys(NumbersFile, Loading):
     columns: LoadColumns
     #: Waypoints before the record, such as conditioning loops; the record starts one sample after
     #: them.
-    blocks: tuple[WaypointBlock, ...] = ()
+    blocks: tuple[AnyBlock, ...] = ()
     #: measured response, to compare with; the same keys
     response: Channels = attrs.Factory(Channels)
     #: Of several runs: the number of the run, from 1, counted at restarts of the clock and, without

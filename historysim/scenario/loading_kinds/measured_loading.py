@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import attrs
 import numpy as np
@@ -15,19 +15,17 @@ from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.measured.reduction import Measurement
 from historysim.scenario.loading_kinds import LOADINGS
 from historysim.scenario.loading_kinds.channels import RecordKeys
-from historysim.scenario.loading_kinds.inline import build_timeline
 from historysim.scenario.loading_kinds.record_assembly import (
     FILE_REMARK,
     HUM_REMARK,
-    RawRecord,
     assemble_measurement,
-    condition_record,
-    read_runs,
 )
+
+if TYPE_CHECKING:
+    from historysim.scenario.loading_kinds.inline import LocatedTimeline
 
 
 @LOADINGS.register
-@attrs.frozen(kw_only=True)
 class MeasuredLoading(RecordKeys):
     """``loading.file``: a record; each sample, or with ``reduce`` each reversal, is a waypoint.
 
@@ -59,7 +57,7 @@ class MeasuredLoading(RecordKeys):
 
     def place(self, folder: Path, index: int) -> str:
         """Return the line of the file of an event."""
-        line = build_timeline(self.blocks)
+        line = self._timeline()
         if index < len(line.events):
             return path_text(line.locations[index])
         measurement = self.measurement(folder)
@@ -89,9 +87,15 @@ class MeasuredLoading(RecordKeys):
             [earlier_events, events if isinstance(events, Events) else Events(events)]
         )
 
+    def _timeline(self) -> "LocatedTimeline":
+        """Build the events of the blocks before the record."""
+        from historysim.scenario.loading_kinds.inline import build_timeline
+
+        return build_timeline(self.blocks)
+
     def _events_before(self, time: Floats) -> Events:
         """Build the events of the blocks, which end one sample before the record with all channels held."""
-        line = build_timeline(self.blocks)
+        line = self._timeline()
         line.hold_channels("loading", "blocks")
         steps = np.diff(time)
         interval = float(np.median(steps)) if steps.size else 0.0
@@ -99,34 +103,6 @@ class MeasuredLoading(RecordKeys):
         return Events(
             [attrs.evolve(cast("Any", event), time=event.time + offset) for event in line.events]
         )
-
-
-@attrs.frozen(kw_only=True)
-class RunLoading(MeasuredLoading):
-    """One of several runs, whose record has been read."""
-
-    record: RawRecord = attrs.field(eq=False, repr=False)
-
-    @property
-    def name(self) -> str:
-        """The names of the files of the run, for messages."""
-        return self.record.section.name
-
-    @classmethod
-    def read_all(cls, folder: Path, loading: MeasuredLoading) -> dict[int, Self]:
-        """Read all runs of a loading, by number; errors as for `MeasuredLoading.measurement`."""
-        keys = attrs.asdict(loading, recurse=False)
-        with error_path("loading"):
-            runs = read_runs(folder, loading)
-        return {
-            number: cls(**{**keys, "run": number}, record=record) for number, record in runs.items()
-        }
-
-    def measurement(self, folder: Path) -> Measurement:  # noqa: ARG002 - the record has been read
-        """Condition the record; InputError if that is not possible."""
-        section = attrs.evolve(self, file=self.record.section.file)
-        with error_path("loading"):
-            return condition_record(attrs.evolve(self.record, section=section))
 
 
 def _events_of_start(measurement: Measurement) -> Events:
