@@ -41,7 +41,7 @@ def main():
         concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool,
     ):
         histories = SUPPORT / ("planar_histories.c" if wanted.planar else "random_histories.c")
-        program = compiled([wanted.compiler], histories, Path(folder), *SANITIZED)
+        program = compiled([wanted.compiler], histories, Path(folder), *SANITIZED, "-O2")
         for lines in pool.map(lambda part: walked(program, *part, STEPS), parts):
             done += len(lines)
             if done % 1000 < AT_ONCE or done == last - wanted.first:

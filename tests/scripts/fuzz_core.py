@@ -32,6 +32,7 @@ def main():
             SUPPORT / "fuzz_state.c",
             folder,
             *SANITIZED,
+            "-O2",
             "-fsanitize=fuzzer",
             name="fuzzer",
         )
