@@ -60,7 +60,7 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
     if (
         name == "tangential"
         and not is_sequence
-        and isinstance(value, tuple | list)
+        and isinstance(value, (tuple, list))  # without a union, which takes longer than the rest
         and len(value) == 2
     ):
         x, y = value

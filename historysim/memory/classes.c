@@ -732,17 +732,18 @@ static int is_stick_step(const hs_body *body, const hs_plane_path *path,
     return hs_norm(*increment) <= min_friction * approach_change;
 }
 
-/* Append an exact step on which no spring slips; returns a status. */
+/* Append an exact step on which no spring slips; returns a status, on failure without a change. */
 static int append_stick_step(hs_body *body, const hs_plane_target *target, hs_vector increment) {
     const double approach_change = target->approach - body->approach;
     hs_vector slope = hs_add_scaled(zero_vector, 1.0 / approach_change, increment),
               load = body->tangential_load;
+    for (int64_t c = 0; c < body->class_count; ++c)
+        if (hs_reserve_nodes(body->classes + c, body->classes[c].node_count + 2) != HS_OK)
+            return HS_OUT_OF_MEMORY;
     for (int64_t c = 0; c < body->class_count; ++c) {
         hs_ring_class *ring_class = body->classes + c;
         double deepest = hs_deepest_label(ring_class);
         if (target->approach <= deepest) continue;
-        if (hs_reserve_nodes(ring_class, ring_class->node_count + 2) != HS_OK)
-            return HS_OUT_OF_MEMORY;
         hs_node edge = hs_node_at(ring_class, target->approach, zero_vector),
                 *nodes = ring_class->nodes;
         load = hs_add_scaled(load, edge.normal - (ring_class->node_count ? nodes[0].normal : 0.0),
@@ -920,6 +921,16 @@ int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops) {
         status = integrate_segment(body, path, segment_end, is_straight, stops);
     }
     return status == SEGMENT_ABANDONED ? HS_OK : status;
+}
+
+int hs_body_stick(hs_body *body, hs_plane_path *path, int *sticks) {
+    hs_vector increment;
+    hs_begin_segments(body, path);
+    hs_plane_target target = hs_target_at(path, 1.0);
+    const hs_vector *value = &target.tangential.value;
+    *sticks = path->plan.segments.count == 0 && value->x == path->value[1].x &&
+              value->y == path->value[1].y && is_stick_step(body, path, &target, &increment);
+    return *sticks ? append_stick_step(body, &target, increment) : HS_OK;
 }
 
 int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]) {

@@ -76,11 +76,9 @@ hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_
     return NULL;
 }
 
-/* Create the state after a path in a plane; NaN keeps the previous control of a channel. NULL on
- * failure. */
-static hs_state *advance_in_plane(const hs_state *state, int normal_control, double normal_target,
-                                  const int control[2], const double target[2],
-                                  const hs_drive *drive, hs_refusal *refusal) {
+/* Path in a plane; a channel is held if its target is NaN. */
+static hs_path path_in_plane(const hs_state *state, int normal_control, double normal_target,
+                             const int control[2], const double target[2]) {
     hs_path path = {
         0.0, 0.0, {0.0, 0.0}, {0.0, 0.0}, 1, 0, state->line.normal_control, {HS_HELD, HS_HELD},
         0,   NAN, NAN};
@@ -95,16 +93,19 @@ static hs_state *advance_in_plane(const hs_state *state, int normal_control, dou
         path.tangential_fraction[k] = 1.0;
         path.tangential_control[k] = control[k];
     }
-    return hs_advance_along(state, &path, drive, refusal);
+    return path;
 }
 
 static int step_in_plane(hs_state *state, int normal_control, double normal_target,
                          const int control[2], const double target[2], const hs_drive *drive,
                          hs_refusal *refusal) {
+    hs_path path = path_in_plane(state, normal_control, normal_target, control, target);
     hs_refusal unread;
+    int sticks;
     if (!refusal) refusal = &unread;
-    hs_state *result =
-        advance_in_plane(state, normal_control, normal_target, control, target, drive, refusal);
+    refusal->status = hs_plane_stick(state, &path, drive, &sticks);
+    if (sticks) return (int)refusal->status;
+    hs_state *result = hs_advance_along(state, &path, drive, refusal);
     if (!result) return (int)refusal->status;
     hs_state previous = *state;
     *state = *result;
@@ -118,9 +119,10 @@ hs_state *hs_advance(const hs_state *state, int normal_control, double normal_ta
                      hs_refusal *refusal) {
     const int control[] = {tangential_control, HS_HELD};
     const double target[] = {tangential_target, NAN};
-    if (state->plane)
-        return advance_in_plane(state, normal_control, normal_target, control, target, drive,
-                                refusal);
+    if (state->plane) {
+        hs_path path = path_in_plane(state, normal_control, normal_target, control, target);
+        return hs_advance_along(state, &path, drive, refusal);
+    }
     hs_state *copy = hs_state_copy(state);
     if (refusal) refusal->status = HS_OUT_OF_MEMORY;
     if (copy && hs_line_step(&copy->line, normal_control, normal_target, tangential_control,

@@ -541,28 +541,56 @@ static int move_rings(hs_state *state, const hs_path *requested, hs_plane_path *
                : status;
 }
 
-/* Integrate one path, along the line or by rings; returns a status. */
-static int move_plane(hs_state *state, const hs_path *requested, hs_vector compliance,
-                      const hs_rows *rows, const hs_drive *drive, double stop_fraction,
-                      hs_refusal *refusal) {
+/* Path with the present controls of components that are held. */
+static hs_path resolve_held(const hs_state *state, const hs_path *requested) {
     hs_path path = *requested;
     for (int k = 0; k < 2; ++k) {
         if (path.tangential_control[k] != HS_HELD) continue;
         path.tangential_control[k] = state->plane->tangential_control[k];
         path.tangential_fraction[k] = 0.0;
     }
-    hs_path scaled = hs_scale_path(&state->line.contact->units, &path);
+    return path;
+}
+
+static void set_controls(hs_state *state, const hs_path *path) {
+    state->line.normal_control = path->normal_control;
+    memcpy(state->plane->tangential_control, path->tangential_control,
+           sizeof path->tangential_control);
+    state->line.tangential_control = path->tangential_control[line_axis(state)];
+}
+
+/* Integrate one path, along the line or by rings; returns a status. */
+static int move_plane(hs_state *state, const hs_path *requested, hs_vector compliance,
+                      const hs_rows *rows, const hs_drive *drive, double stop_fraction,
+                      hs_refusal *refusal) {
+    hs_path path = resolve_held(state, requested),
+            scaled = hs_scale_path(&state->line.contact->units, &path);
     hs_plane_path plane_path = start_path(state, &scaled, compliance, drive->saturate);
     int changes_load = path.normal_control == HS_LOAD && path.normal_fraction > 0.0 &&
                        scaled.normal_target != state->line.normal_load;
     int is_on_line = !state->plane->body && stays_on_line(state, &plane_path, changes_load);
     int status = (is_on_line ? move_line : move_rings)(state, &path, &plane_path, rows, drive,
                                                        stop_fraction, refusal);
-    state->line.normal_control = path.normal_control;
-    memcpy(state->plane->tangential_control, path.tangential_control,
-           sizeof path.tangential_control);
-    state->line.tangential_control = path.tangential_control[line_axis(state)];
+    set_controls(state, &path);
     return status;
+}
+
+int hs_plane_stick(hs_state *state, const hs_path *requested, const hs_drive *drive, int *sticks) {
+    const hs_plane *plane = state->plane;
+    double unit = state->line.contact->units.stiffness;
+    *sticks = plane->body && plane->excess.x == 0.0 && plane->excess.y == 0.0;
+    if (!*sticks) return HS_OK;
+    hs_path path = resolve_held(state, requested),
+            scaled = hs_scale_path(&state->line.contact->units, &path);
+    hs_plane_path plane_path =
+        start_path(state, &scaled,
+                   HS_MADE(hs_vector){drive->compliance[0] * unit, drive->compliance[1] * unit},
+                   drive->saturate);
+    hs_set_normal_targets(&state->line, &scaled, &plane_path.plan);
+    int status = hs_body_stick(plane->body, &plane_path, sticks);
+    if (status != HS_OK || !*sticks) return status;
+    set_controls(state, &path);
+    return update_line(state);
 }
 
 int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows,

@@ -239,6 +239,9 @@ typedef struct hs_stops {
 /* Move a body along a path, in steps as long as the tolerance permits; returns a status. `stops`
  * may be NULL. */
 int hs_body_integrate(hs_body *body, hs_plane_path *path, hs_stops *stops);
+/* Move a body along a whole path if its approach grows and no spring slips: exactly, with nothing
+ * solved. Returns a status; `sticks` false if springs may slip, and the body is unchanged. */
+int hs_body_stick(hs_body *body, hs_plane_path *path, int *sticks);
 /* Tangential stiffness dT/dV if the displacement continues in a direction; (0, 0): stiffness of
  * sticking springs. */
 int hs_body_stiffness(hs_body *body, hs_vector direction, double stiffness[2][2]);
