@@ -56,7 +56,6 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
     # of NaN each comparison is false, and `workable` names what is wrong
     if isinstance(value, float) and minimum <= value <= LARGEST and value >= -LARGEST:
         return kind, value
-    label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
     if (
         name == "tangential"
         and not is_sequence
@@ -69,10 +68,11 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
         if (
             isinstance(x, float)
             and isinstance(y, float)
-            and abs(x) <= LARGEST
-            and abs(y) <= LARGEST
+            and -LARGEST <= x <= LARGEST
+            and -LARGEST <= y <= LARGEST
         ):
             return kind, (x, y)
+    label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
     target = workable(label, as_floats(label, value, least=minimum))
     if target.ndim <= is_sequence:
         return kind, target if is_sequence else float(target)

@@ -737,6 +737,7 @@ static int append_stick_step(hs_body *body, const hs_plane_target *target, hs_ve
     const double approach_change = target->approach - body->approach;
     hs_vector slope = hs_add_scaled(zero_vector, 1.0 / approach_change, increment),
               load = body->tangential_load;
+    double rounding = HS_TIE * (hs_norm(body->displacement) + hs_norm(increment));
     for (int64_t c = 0; c < body->class_count; ++c)
         if (hs_reserve_nodes(body->classes + c, body->classes[c].node_count + 2) != HS_OK)
             return HS_OUT_OF_MEMORY;
@@ -753,9 +754,17 @@ static int append_stick_step(hs_body *body, const hs_plane_target *target, hs_ve
         if (ring_class->node_count == 0)
             nodes[ring_class->node_count++] = hs_node_at(
                 ring_class, deepest, hs_add_scaled(zero_vector, target->approach - deepest, slope));
-        memmove(nodes + 1, nodes, (size_t)ring_class->node_count * sizeof *nodes);
+        /* a straight continuation of the polyline replaces its edge, others get a node */
+        hs_vector bend = nodes[0].deflection;
+        if (ring_class->node_count > 1)
+            bend =
+                hs_add_scaled(bend, -(edge.label - nodes[0].label) / (edge.label - nodes[1].label),
+                              nodes[1].deflection);
+        if (ring_class->node_count == 1 || hs_norm(bend) > rounding) {
+            memmove(nodes + 1, nodes, (size_t)ring_class->node_count * sizeof *nodes);
+            ++ring_class->node_count;
+        }
         nodes[0] = edge;
-        ++ring_class->node_count;
     }
     body->approach = target->approach;
     body->normal_load = target->normal_load;

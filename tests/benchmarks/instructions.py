@@ -27,7 +27,7 @@ import historysim as hs
 
 TABLE = Path(__file__).with_name("instructions.json")
 #: entry points of the core that integrate paths
-COUNTED = ("hs_integrate", "hs_set_friction")
+COUNTED = ("hs_integrate", "hs_set_friction", "hs_stepper_step")
 #: functions that start and stop counting, in the measured process itself
 SWITCH = """
 #include <valgrind/callgrind.h>
@@ -215,16 +215,6 @@ def cases():
             hs.TangentialLoad(2.0, (0.3 * limit, 0.4 * limit)),
         ],
     )
-    growing = [hs.NormalDisplacement(10.0 + k, APPROACH * (1.0 + 0.02 * k)) for k in range(1, 9)]
-    stuck = [
-        hs.TangentialDisplacement(10.0 + k, (SWING - 2e-10 * k, 3e-10 * k)) for k in range(1, 9)
-    ]
-    start = [
-        hs.TangentialDisplacement(9.0, (SWING, 1e-9)),
-        hs.NormalDisplacement(10.0, APPROACH),
-        hs.TangentialDisplacement(10.0, (SWING, 0.0)),
-    ]
-    yield case("two directions, stick", plane, [*turn, *start, *together(growing, stuck)])
     yield case("patches", patches(), displacements(20))
     yield case(
         "patches, ramps of 10 %",
@@ -235,6 +225,21 @@ def cases():
             0.1,
         ),
     )
+
+
+def stepper_after_a_turn():
+    """Return a stepper of 20 asperities that slipped in two directions, and paths on which none slips."""
+    stepper = ensemble(20).stepper()
+    stepper.step(normal_displacement=APPROACH, tangential_displacement=(SWING, 0.0))
+    stepper.step(tangential_displacement=(SWING, SWING))
+    turns = np.cumsum(np.random.default_rng(7).uniform(-1e-11, 1e-11, (40, 2)), axis=0)
+    return stepper, [
+        {
+            "normal_displacement": APPROACH * (1.0 + 0.001 * k),
+            "tangential_displacement": (float(SWING + x), float(SWING + y)),
+        }
+        for k, (x, y) in enumerate(turns, 1)
+    ]
 
 
 class CountedLibrary:
@@ -268,6 +273,12 @@ def count_here(switch):
         hs.replay(contact, events, threads=1, **options)
         library.dump(name.encode())
         print(json.dumps([name, size]))
+    stepper, moves = stepper_after_a_turn()
+    importlib.import_module("historysim.asperities.stepper")._step = module.lib.hs_stepper_step
+    for move in moves:
+        stepper.step(**move)
+    library.dump(b"stick")
+    print(json.dumps(["two directions, stick", 20 * len(moves)]))
 
 
 def measure():
