@@ -8,6 +8,10 @@
 #include "losses.h"
 #include "scaled.h"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 /* Samples of the traction ratio on each segment, before its maximum is refined; chosen. */
 #define SAMPLES 16
 
@@ -323,36 +327,19 @@ HS_WIDE static void add_inner_forces(const hs_vertex *stack, int64_t from, int64
     }
 }
 
-/* Sum the contributions of all inner vertices of a single group, in the order of columns. The sum
- * of deep vertices, unchanged between rows, is cached, so that the cost of a row is that of the
- * changes. Summed in the order of vertices, for equal bits. */
-static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, int64_t depth,
-                               const double **inner) {
+/* Compare the stack of a single group with that of the previous row. The sum of deep vertices,
+ * unchanged between rows, is kept by column, so that the cost of a row is that of the changes:
+ * vertices from `summed` on are added to the sum up to `unchanged`, and for this row beyond. */
+static int compare_stacks(hs_recorder *recorder, const hs_vertex *stack, int64_t depth) {
     const hs_vertex *previous = recorder->stack;
-    const hs_columns *columns = &recorder->columns;
-    const int64_t count = recorder->rows->columns;
-    const size_t size = (size_t)count * sizeof(double);
     int64_t unchanged = 0;
     while (unchanged < recorder->depth && unchanged < depth &&
            previous[unchanged].label == stack[unchanged].label &&
            previous[unchanged].slope == stack[unchanged].slope)
         ++unchanged;
     /* the contribution of a vertex depends on the slope of the segment above it, too */
-    int64_t summed = unchanged > 2 ? unchanged - 2 : 0;
-    if (summed < recorder->summed || recorder->summed == 0) {
-        recorder->summed = 0;
-        memset(recorder->inner_sum, 0, size);
-    }
-    add_inner_forces(stack, recorder->summed + 1, summed, columns->gap, columns->weight, count, 0,
-                     recorder->inner_sum);
-    recorder->summed = summed;
-    *inner = recorder->inner_sum;
-    if (summed < depth - 2) {
-        memcpy(recorder->inner, recorder->inner_sum, size);
-        add_inner_forces(stack, summed + 1, depth - 2, columns->gap, columns->weight, count, 0,
-                         recorder->inner);
-        *inner = recorder->inner;
-    }
+    recorder->unchanged = unchanged > 2 ? unchanged - 2 : 0;
+    if (recorder->unchanged < recorder->summed) recorder->summed = 0;
     hs_vertex *grown = (hs_vertex *)realloc(recorder->stack, (size_t)depth * sizeof *grown);
     if (!grown) return HS_OUT_OF_MEMORY;
     recorder->stack = grown;
@@ -361,43 +348,70 @@ static int single_inner_forces(hs_recorder *recorder, const hs_vertex *stack, in
     return HS_OK;
 }
 
-/* Compute normal loads, dimensionless and in N, and contact radii of asperities in any order. */
-HS_WIDE static void project_normal(const double *restrict gap, const double *restrict weight,
-                                   int64_t count, double approach, const hs_units *units,
-                                   double *restrict load, double *restrict normal,
-                                   double *restrict radius) {
+/* Contributions of the inner vertices of a single group to a block of columns, in the order of
+ * vertices, for equal bits. */
+static void add_block(const hs_recorder *recorder, int64_t start, int count, double *force) {
+    const double *gap = recorder->columns.gap + start, *weight = recorder->columns.weight + start;
+    const size_t size = (size_t)count * sizeof *force;
+    double *sum = recorder->inner + start;
+    if (recorder->summed == 0) memset(sum, 0, size);
+    if (recorder->summed < recorder->unchanged)
+        add_inner_forces(recorder->stack, recorder->summed + 1, recorder->unchanged, gap, weight,
+                         count, 0, sum);
+    memcpy(force, sum, size);
+    if (recorder->unchanged < recorder->depth - 2)
+        add_inner_forces(recorder->stack, recorder->unchanged + 1, recorder->depth - 2, gap, weight,
+                         count, 0, force);
+}
+
+/* Project a block of asperities in any order to normal and tangential loads [N], radii of contact
+ * and stick [m] and slip states. `zone` holds their zones as arrays, `value` returns the four
+ * quantities; the tangential load begins with the contributions of inner vertices, dimensionless,
+ * and is clipped to the friction limit. Stick is found from gaps and weights that may be scaled. */
+HS_WIDE static void project(const double *restrict gap, const double *restrict weight,
+                            const double *restrict stick_gap, const double *restrict stick_weight,
+                            int count, double approach, double stick_approach,
+                            double (*restrict zone)[HS_BLOCK], const hs_units *units,
+                            double (*restrict value)[HS_BLOCK], int8_t *restrict state) {
     const double load_unit = units->load, radius_unit = units->radius;
-    for (int64_t i = 0; i < count; ++i) {
-        double penetration = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0,
-               x = sqrt(penetration);
-        load[i] = x * penetration * weight[i];
-        normal[i] = load[i] * load_unit;
-        radius[i] = weight[i] * x * radius_unit;
+    for (int i = 0; i < count; ++i) {
+        double penetration = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0;
+        double x = sqrt(penetration), load = x * penetration * weight[i];
+        double boundary = zone[0][i], outermost = zone[1][i], friction = zone[2][i],
+               slope = zone[3][i];
+        double inner = boundary - stick_gap[i] > 0.0 ? boundary - stick_gap[i] : 0.0,
+               limit = friction * fabs(load);
+        double tangential = value[1][i] + slope * load;
+        tangential = tangential > -limit ? tangential : -limit;
+        tangential = tangential < limit ? tangential : limit;
+        int touches = stick_gap[i] < stick_approach;
+        value[0][i] = load * load_unit;
+        value[1][i] = touches ? tangential * load_unit : 0.0;
+        value[2][i] = weight[i] * x * radius_unit;
+        value[3][i] = stick_weight[i] * sqrt(inner) * radius_unit;
+        state[i] = hs_slip_state_of(touches, outermost > stick_gap[i], boundary > stick_gap[i]);
     }
 }
 
-/* Compute tangential loads, stick radii and slip states of asperities in any order; `zone` holds
- * their zones as arrays. `force` holds the contributions of inner vertices, dimensionless, and
- * returns the tangential load in N, clipped to the friction limit. */
-HS_WIDE static void project_tangential(const double *restrict gap, const double *restrict weight,
-                                       const double *restrict load, int64_t count, double approach,
-                                       double (*restrict zone)[HS_BLOCK], const hs_units *units,
-                                       double *restrict force, double *restrict stick,
-                                       int8_t *restrict state) {
-    const double load_unit = units->load, radius_unit = units->radius;
-    for (int64_t i = 0; i < count; ++i) {
-        double boundary = zone[0][i], outermost = zone[1][i], friction = zone[2][i],
-               slope = zone[3][i];
-        double inner = boundary - gap[i] > 0.0 ? boundary - gap[i] : 0.0,
-               limit = friction * fabs(load[i]);
-        double tangential = force[i] + slope * load[i];
-        tangential = tangential > -limit ? tangential : -limit;
-        tangential = tangential < limit ? tangential : limit;
-        int touches = gap[i] < approach;
-        force[i] = touches ? tangential * load_unit : 0.0;
-        stick[i] = weight[i] * sqrt(inner) * radius_unit;
-        state[i] = hs_slip_state_of(touches, outermost > gap[i], boundary > gap[i]);
+/* Recorded asperities from which rows bypass the cache, from which they would displace all else;
+ * chosen. */
+#define MIN_STREAMED 32768
+
+/* Write a block of values to a row of `columns`. */
+static void put(double *target, const double *value, int count, int64_t columns) {
+    int i = 0;
+#ifdef __SSE2__
+    if (columns >= MIN_STREAMED) {
+        if ((uintptr_t)target % sizeof(__m128d) && count > 0) {
+            target[0] = value[0];
+            i = 1;
+        }
+        for (; i + 2 <= count; i += 2) _mm_stream_pd(target + i, _mm_loadu_pd(value + i));
     }
+#else
+    (void)columns;
+#endif
+    memcpy(target + i, value + i, (size_t)(count - i) * sizeof *value);
 }
 
 /* Fill the columns of a curve with knots: the loads of the springs with labels from each knot to
@@ -441,16 +455,19 @@ static void record_knots(const hs_recorder *recorder, const hs_line *memory, int
 /* Fill the dissipated energies of the columns. */
 static void record_energies(const hs_recorder *recorder, const hs_line *line, int64_t at) {
     const double unit = line->contact->units.energy;
-    double *target = recorder->rows->dissipated_energy;
-    const int64_t *position = recorder->columns.position;
+    const int64_t *position = recorder->columns.position, columns = recorder->rows->columns;
     const double *energy = recorder->energy ? recorder->energy : line->dissipated_each;
+    double *target = recorder->rows->dissipated_energy, block[HS_BLOCK];
     if (!target) return;
     if (recorder->energy) hs_dissipated_energies(line, 0, line->contact->count, recorder->energy);
-    for (int64_t c = 0; c < recorder->rows->columns; ++c) {
-        double single = energy[position[c]];
-        if (line->far_energy && !recorder->energy)
-            hs_dissipated_energies(line, position[c], 1, &single);
-        target[at + c] = single * unit;
+    for (int64_t start = 0; start < columns; start += HS_BLOCK) {
+        const int count = hs_size_of_block(columns - start);
+        for (int i = 0; i < count; ++i) block[i] = energy[position[start + i]] * unit;
+        for (int i = 0; i < count && line->far_energy && !recorder->energy; ++i) {
+            hs_dissipated_energies(line, position[start + i], 1, block + i);
+            block[i] *= unit;
+        }
+        put(target + at + start, block, count, columns);
     }
 }
 
@@ -463,27 +480,26 @@ HS_WIDE static void bound(double *restrict value, const double *restrict most, d
     }
 }
 
-/* Fill loads, radii and slip states of the columns, in blocks that fit the cache; `inner` holds the
- * contributions of inner vertices to tangential loads, by column or by position. */
-static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at,
-                           const double *inner, int by_column) {
+/* Fill loads, radii and slip states of the columns, in blocks that fit the cache. */
+static void record_columns(const hs_recorder *recorder, const hs_line *memory, int64_t at) {
     const hs_rows *rows = recorder->rows;
     const hs_line *line = hs_active(memory);
-    const hs_units *units = &line->contact->units;
     const hs_columns *columns = &recorder->columns,
                      *unscaled = memory->scaled ? &recorder->unscaled : columns;
-    double zone[4][HS_BLOCK], load[HS_BLOCK];
+    double *target[] = {rows->normal_load, rows->tangential_load, rows->contact_radius,
+                        rows->stick_radius};
+    double zone[4][HS_BLOCK], value[4][HS_BLOCK];
+    const int is_single = line->contact->groups == 1;
     for (int64_t start = 0; start < rows->columns; start += HS_BLOCK) {
         int count = hs_size_of_block(rows->columns - start);
-        const double *gap = columns->gap + start, *weight = columns->weight + start;
-        double *force = rows->tangential_load + at + start;
         /* values of separated asperities may be outdated; they are not used */
-        if (by_column)
-            memcpy(force, inner + start, (size_t)count * sizeof *force);
+        if (is_single)
+            add_block(recorder, start, count, value[1]);
         else
-            for (int i = 0; i < count; ++i) force[i] = inner[columns->position[start + i]];
+            for (int i = 0; i < count; ++i)
+                value[1][i] = recorder->inner[columns->position[start + i]];
         /* a single group has one zone, filled for the first block */
-        for (int i = 0; i < count && (start == 0 || line->contact->groups > 1); ++i) {
+        for (int i = 0; i < count && (start == 0 || !is_single); ++i) {
             const hs_zone *group_zone = recorder->zones + columns->group[start + i];
             zone[0][i] = group_zone->boundary;
             zone[1][i] = group_zone->outermost;
@@ -491,40 +507,39 @@ static void record_columns(const hs_recorder *recorder, const hs_line *memory, i
             zone[3][i] = group_zone->slope;
         }
         for (int i = 0; i < count && memory->scaled; ++i) {
-            zone[2][i] = memory->friction[unscaled->group[start + i]];
+            zone[2][i] = recorder->friction[start + i];
             zone[3][i] = recorder->zones->slope * zone[2][i];
         }
-        project_normal(unscaled->gap + start, unscaled->weight + start, count, memory->approach,
-                       units, load, rows->normal_load + at + start,
-                       rows->contact_radius + at + start);
-        project_tangential(gap, weight, load, count, line->approach, zone, units, force,
-                           rows->stick_radius + at + start, rows->slip_state + at + start);
+        project(unscaled->gap + start, unscaled->weight + start, columns->gap + start,
+                columns->weight + start, count, memory->approach, line->approach, zone,
+                &line->contact->units, value, rows->slip_state + at + start);
         /* radii in ξ differ by rounding from those in labels */
         if (memory->scaled)
-            bound(rows->stick_radius + at + start, rows->contact_radius + at + start,
-                  zone[0][0] >= line->approach ? HUGE_VAL : 0.0, count);
+            bound(value[3], value[2], zone[0][0] >= line->approach ? HUGE_VAL : 0.0, count);
+        for (int k = 0; k < 4; ++k) put(target[k] + at + start, value[k], count, rows->columns);
     }
 }
 
 static int record_asperities(hs_recorder *recorder, const hs_line *memory, int64_t row) {
     const hs_line *line = hs_active(memory);
     const hs_contact *contact = line->contact;
-    const double *inner = recorder->inner;
-    int single = contact->groups == 1, status = HS_OK;
     if (contact->load && line->depth[0] > 0) {
         record_knots(recorder, line, row);
-        return status;
+        return HS_OK;
     }
-    if (single && line->depth[0] > 0)
-        status = single_inner_forces(recorder, line->vertices, line->depth[0], &inner);
-    for (int64_t index = 0; !single && index < contact->groups && line->depth[index] > 0; ++index) {
+    if (contact->groups == 1 && line->depth[0] > 0 &&
+        compare_stacks(recorder, line->vertices, line->depth[0]) != HS_OK)
+        return HS_OUT_OF_MEMORY;
+    for (int64_t index = 0;
+         contact->groups > 1 && index < contact->groups && line->depth[index] > 0; ++index) {
         hs_group group = hs_group_of(line, index);
         memset(recorder->inner + group.start, 0, (size_t)group.curve.count * sizeof(double));
         add_inner_forces(group.stack, 1, line->depth[index] - 2, group.curve.gap,
                          group.curve.weight, group.curve.count, 1, recorder->inner + group.start);
     }
-    record_columns(recorder, memory, row * recorder->rows->columns, inner, single);
-    return status;
+    record_columns(recorder, memory, row * recorder->rows->columns);
+    recorder->summed = recorder->unchanged;
+    return HS_OK;
 }
 
 /* Find the positions of the recorded asperities in a contact. */
@@ -555,11 +570,13 @@ static int locate_columns(hs_recorder *recorder, const hs_line *memory) {
     hs_contact *contact = hs_active(memory)->contact;
     if (contact == recorder->contact) return HS_OK;
     hs_recorder_forget(recorder);
-    recorder->depth = recorder->summed = 0;
+    recorder->depth = recorder->summed = recorder->unchanged = 0;
     int status = locate(rows, contact, recorder->all, &recorder->columns, recorder->chosen);
     if (status == HS_OK && memory->scaled)
         status = locate(rows, memory->contact, recorder->all, &recorder->unscaled,
                         recorder->chosen + 4 * rows->columns);
+    for (int64_t c = 0; c < rows->columns && memory->scaled && status == HS_OK; ++c)
+        recorder->friction[c] = memory->friction[recorder->unscaled.group[c]];
     /* kept, so that its address is not that of another one */
     if (status == HS_OK) recorder->contact = hs_contact_retain(contact);
     return status;
@@ -586,7 +603,7 @@ int hs_recorder_init(hs_recorder *recorder, hs_contact *contact, const hs_rows *
         hs_recorder_clear(recorder);
         return HS_OUT_OF_MEMORY;
     }
-    recorder->inner_sum = recorder->inner + capacity;
+    recorder->friction = recorder->inner + capacity;
     return HS_OK;
 }
 
@@ -614,6 +631,9 @@ int hs_record(hs_recorder *recorder, const hs_line *memory, int64_t row, int sat
     if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK)
         return HS_OUT_OF_MEMORY;
     record_energies(recorder, hs_active(memory), at);
+#ifdef __SSE2__
+    _mm_sfence();
+#endif
     const int64_t *group = memory->scaled ? recorder->unscaled.group : recorder->columns.group;
     for (int64_t c = 0; c < columns && rows->friction; ++c)
         rows->friction[at + c] = memory->friction[group[c]];

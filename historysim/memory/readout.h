@@ -27,13 +27,12 @@ typedef struct hs_recorder {
     hs_columns columns;  /* gaps, weights, positions, groups in the contact of this row */
     hs_columns unscaled; /* of the contact that this one scales */
     double *chosen;      /* memory of both for a selection of asperities */
-    double *inner; /* contributions of inner vertices to tangential loads: by column for a single
-                      group, else by position */
-    double *inner_sum; /* contributions of the `summed` deepest vertices of a single group,
-                          unchanged between rows */
-    double *energy;    /* dissipated by all asperities, by position; NULL if few are recorded */
-    hs_vertex *stack;  /* (depth) of the previous row */
-    int64_t depth, summed;
+    double *inner; /* contributions of inner vertices to tangential loads: of the `summed` deepest
+                      ones of a single group by column, else of all by position */
+    double *friction; /* by column, of a contact that is scaled */
+    double *energy;   /* dissipated by all asperities, by position; NULL if few are recorded */
+    hs_vertex *stack; /* (depth) of the previous row */
+    int64_t depth, summed, unchanged;
     hs_zone *zones; /* (group) of this row, allocated for as many as asperities; NULL if there are
                        no columns */
 } hs_recorder;
