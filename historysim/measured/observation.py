@@ -291,17 +291,21 @@ def sort_between(displacement: Floats, nodes: Integers) -> tuple[Floats, Integer
     target = displacement.copy()
     order = np.arange(displacement.size)
     lengths = np.diff(nodes)
-    # branches of one length are sorted as the rows of an array
-    for length in np.unique(lengths):
-        starts, stops = (ends[lengths == length] for ends in (nodes[:-1], nodes[1:]))
-        samples = starts[:, None] + np.arange(length)
-        start = displacement[starts, None]
-        stop = displacement[stops, None]
-        between = np.clip(displacement[samples], np.minimum(start, stop), np.maximum(start, stop))
+    # branches of similar length are sorted as the rows of one array, filled up at their ends
+    powers = np.frexp(lengths)[1]
+    for power in np.unique(powers):
+        rows = np.flatnonzero(powers == power)
+        start = nodes[rows, None]
+        place = np.arange(lengths[rows].max())
+        is_sample = place < lengths[rows, None]
+        samples = np.minimum(start + place, displacement.size - 1)
+        ends = displacement[np.stack([start, nodes[rows + 1, None]])]
+        between = np.clip(displacement[samples], ends.min(axis=0), ends.max(axis=0))
+        along = np.where(ends[1] >= ends[0], between, -between)
         # a node is the first of its branch in any case
-        ranks = np.argsort(np.where(stop >= start, between, -between), axis=1, kind="stable")
-        target[samples] = np.take_along_axis(between, ranks, axis=1)
-        order[samples] = starts[:, None] + ranks
+        ranks = np.argsort(np.where(is_sample, along, np.inf), axis=1, kind="stable")
+        target[samples[is_sample]] = np.take_along_axis(between, ranks, axis=1)[is_sample]
+        order[samples[is_sample]] = (start + ranks)[is_sample]
     return target, order
 
 
