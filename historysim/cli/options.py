@@ -154,9 +154,9 @@ def from_function(function: str, *names: str, **settings: dict[str, Any]) -> "De
     source = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(
         encoding="utf-8"
     )
-    definition: Any = next(
-        node for node in ast.parse(source).body if getattr(node, "name", "") == name
-    )
+    # up to the end of its docstring: a whole module takes long to parse
+    head: Any = re.search(rf'^def {name}\(.*?""".*?"""', source, re.MULTILINE | re.DOTALL)
+    definition: Any = ast.parse(head[0]).body[0]
     defaults = zip(definition.args.kwonlyargs, definition.args.kw_defaults, strict=True)
     values = {
         argument.arg: value.value for argument, value in defaults if isinstance(value, ast.Constant)
