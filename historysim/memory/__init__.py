@@ -1,7 +1,7 @@
-"""The traction memory of asperities: a C library without dependencies, and how Python has it.
+"""The traction memory of asperities: a C library without dependencies, and its Python binding.
 
-`README.md` has the theory, and how a memory is laid out; `historysim.h` is the library's public
-face. `binding` is what the other rooms call it by.
+`README.md` has the theory and the layout of a memory; `historysim.h` is the public header of the
+library. Other packages call it through `binding`.
 """
 
 from pathlib import Path

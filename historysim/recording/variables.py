@@ -473,8 +473,8 @@ def register(variable: Variable) -> Variable:
 
 def known_variables() -> tuple[Variable, ...]:
     """Return all variables along ``step``, including variables of modules added to this folder."""
-    room = importlib.import_module("historysim.recording")
-    for module in pkgutil.iter_modules(room.__path__):
+    package = importlib.import_module("historysim.recording")
+    for module in pkgutil.iter_modules(package.__path__):
         if module.name not in _OWN:
             importlib.import_module(f"historysim.recording.{module.name}")
     return (*VARIABLES, *_added)
