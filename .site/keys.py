@@ -26,11 +26,12 @@ from historysim.contact.materials import MATERIALS, Material
 from historysim.loads.events import EVENTS, Event
 from historysim.loads.friction_course import FrictionCourse
 from historysim.results.plots.pictures import PICTURES, Panel, Picture
-from historysim.scenario import analysis_sections, sections
+from historysim.scenario import optional_sections, sections
 from historysim.scenario.loading_kinds import LOADINGS, channels, inline
 from historysim.scenario.picture_section import IN_SCENARIOS
 from historysim.scenario.schema import ImportedKind
-from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, Passes, SurfaceKind
+from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, SurfaceKind
+from historysim.scenario.surface_kinds.passes import Passes
 from historysim.tables import Column, Format
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
     ),
     "`[friction]`": (
         "A coefficient, or `law` with the keys of the law.",
-        (sections.Coefficients, sections.CourseFile, LAWS),
+        (sections.Coefficients, optional_sections.CourseFile, LAWS),
     ),
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
     "`[attraction]`": (
@@ -81,11 +82,11 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
     ),
     "`[instrument]`": ("", (Instrument,)),
     "`[rings]`": ("", (Rings,)),
-    "`[adhesion]`": ("", (analysis_sections.AdhesionSection,)),
+    "`[adhesion]`": ("", (optional_sections.AdhesionSection,)),
     "`[record]`": ("", (sections.RecordSection,)),
-    "`[fit]`": ("", (analysis_sections.FitSection,)),
-    "`[sweep]`": ("", (analysis_sections.SweepSection,)),
-    "`[design]`": ("", (analysis_sections.DesignSection,)),
+    "`[fit]`": ("", (optional_sections.FitSection,)),
+    "`[sweep]`": ("", (optional_sections.SweepSection,)),
+    "`[design]`": ("", (optional_sections.DesignSection,)),
     "`[picture]`": (
         "`kind` selects the picture. Pictures that fit into panels can be combined as several `[[picture]]`.",
         (Panel, PICTURES),
@@ -102,7 +103,7 @@ TITLES: dict[type, str] = {
     Material: "Your own material",
     sections.Coefficients: "Coefficients",
     FrictionCourse: "`course`, written out",
-    sections.CourseFile: "`course`, from a file",
+    optional_sections.CourseFile: "`course`, from a file",
     inline.Waypoint: "A waypoint",
     inline.WaypointBlock: "A block",
     channels.ForceChannel: "A channel that is a load",
@@ -362,6 +363,8 @@ def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
 def table_classes(kind: Any) -> "Iterator[type]":
     """Yield the classes of tables in the type of a key; columns and laws have separate sections."""
     apart = {Column, *SHARED}
+    if isinstance(kind, ImportedKind):
+        kind = kind.imported
     if isinstance(kind, type) and attrs.has(kind) and kind not in apart:
         if not inspect.isabstract(kind):
             yield kind

@@ -24,7 +24,6 @@ from historysim.loads.holding import apply_hold
 from historysim.recording import provenance
 from historysim.recording import recorder as recorders
 from historysim.recording.recorder import JobOptions, Recorder, Selection, StateOnly
-from historysim.recording.unknown_past import add_bounds, check_past
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class Replay:
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
     threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
     hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)  #: False once resolved
-    past: str = attrs.field(default="untouched", kw_only=True, validator=check_past)
+    past: str = attrs.field(default="untouched", kw_only=True, validator=recorders.check_past)
 
     def __attrs_post_init__(self) -> None:
         """Resolve ``hold`` once, so that a copy of the replay neither warns nor adds waypoints again."""
@@ -115,7 +114,8 @@ class Replay:
         self.walk(target, until=until, progress=progress)
         history = target.dataset(self.attributes() | (attributes or {}))
         history.encoding[provenance.MADE_BY] = self
-        return add_bounds(self, history, until)
+        bounds = provenance.find_bounds(self, until)
+        return history if bounds is None else bounds.add_to(history)
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which appears when it is complete."""

@@ -30,7 +30,7 @@ from historysim.errors import InputError, MissingPackageError
 from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
-from historysim.recording.unknown_past import PASTS, UNTOUCHED
+from historysim.recording.recorder import PASTS, UNTOUCHED
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield,

@@ -31,7 +31,7 @@ from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.recording import surface_group
 from historysim.recording.netcdf import COMPRESSIONS, FileRecorder, Unfinished
-from historysim.recording.unknown_past import make_bounds
+from historysim.recording.provenance import find_bounds
 from historysim.replaying import Replay
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             FileRecorder,
             attributes=attributes,
             write_groups=write_groups,
-            bounds=make_bounds(job),
+            bounds=find_bounds(job),
         )
         with make_recorder(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":

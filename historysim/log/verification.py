@@ -22,10 +22,9 @@ from historysim.log import embedded_log
 from historysim.log.file import LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import log_path_for, program, snapshots
-from historysim.recording.provenance import made_with
-from historysim.recording.recorder import Recorder, asperity_coordinates
+from historysim.recording.provenance import find_bounds, made_with
+from historysim.recording.recorder import FORGOTTEN, Recorder, asperity_coordinates
 from historysim.recording.stored_units import declared_units, is_as_recorded
-from historysim.recording.unknown_past import FORGOTTEN, make_bounds
 from historysim.recording.variables import SLIDE_TIME
 
 if TYPE_CHECKING:
@@ -190,7 +189,7 @@ def _compare_result(
     job.walk(target, progress=progress)
     if target.slide_time is not None:
         target.compare(SLIDE_TIME.name, target.slide_time)
-    if (bounds := make_bounds(job)) is not None:
+    if (bounds := find_bounds(job)) is not None:
         for where, compared in bounds.blocks(progress=progress):
             for variable, values in compared:
                 target.compare(variable.name, values, where)

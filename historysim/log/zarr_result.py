@@ -25,7 +25,7 @@ from historysim.errors import HistorySimError, InputError
 from historysim.log.file import LogFile
 from historysim.log.lazy_history import open_lazily
 from historysim.log.result import RunOptions, current_time_text, write_result
-from historysim.recording.unknown_past import UNKNOWN
+from historysim.recording.recorder import UNKNOWN
 
 BLOCKS_PER_WORKER = 4  # blocks in one batch of steps, so that no worker waits long for the last one
 CONNECT_SECONDS = 20.0  # to reach the scheduler of a cluster

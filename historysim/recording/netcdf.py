@@ -30,8 +30,13 @@ from historysim.basics.files import (
 )
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
-from historysim.recording.recorder import CELLS_AT_ONCE, Recorder, asperity_coordinates
-from historysim.recording.unknown_past import FORGOTTEN, Bounds, make_bounds
+from historysim.recording.provenance import find_bounds
+from historysim.recording.recorder import (
+    CELLS_AT_ONCE,
+    FORGOTTEN,
+    Recorder,
+    asperity_coordinates,
+)
 from historysim.recording.variables import (
     COMPONENTS,
     COORDINATES,
@@ -42,6 +47,8 @@ from historysim.recording.variables import (
 
 if TYPE_CHECKING:
     import netCDF4
+
+    from historysim.recording.unknown_past import Bounds
 
 TIME = COORDINATES[0]
 COMPRESSIONS: dict[str, dict[str, Any]] = {
@@ -110,7 +117,7 @@ class FileRecorder(Recorder):
     go_on: int = 0  #: number of rows in the file to continue
     #: Compression of the rows; an unfinished compressed file cannot be continued.
     compression: str = "none"
-    bounds: Bounds | None = None  #: of an unknown past, computed and written after the rows
+    bounds: "Bounds | None" = None  #: of an unknown past, computed and written after the rows
     _file: "netCDF4.Dataset" = attrs.field(init=False)
     _times: Array = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)  #: rows that are not written yet
@@ -366,7 +373,7 @@ def _even(count: int, maximum: int) -> int:
 
 def write_replay(job: Any, path: str | Path, *, progress: bool = False) -> None:  # noqa: ANN401 - a `Replay`
     """Replay into a netCDF file, which appears when it is complete."""
-    options: dict[str, Any] = {"attributes": job.attributes(), "bounds": make_bounds(job)}
+    options: dict[str, Any] = {"attributes": job.attributes(), "bounds": find_bounds(job)}
     with (
         replacing(path_to_write(path, ".nc")) as file,
         job.recorder(FileRecorder, path=file, **options) as target,

@@ -1,10 +1,11 @@
 """Attributes of a result: software, laws, digest of the events, violated assumptions, and names of states."""
 
 import json
+import math
 import platform
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +20,10 @@ from historysim.basics.wording import Finding, count_text, written_findings
 from historysim.loads.event_sequence import channel_values, digest
 from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry
-from historysim.recording.recorder import largest_approach
+from historysim.recording.recorder import UNTOUCHED, largest_approach
+
+if TYPE_CHECKING:
+    from historysim.recording.unknown_past import Bounds
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
@@ -170,3 +174,12 @@ def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Fin
 def named_states_attribute(times: Mapping[str, float]) -> dict[str, str]:
     """Return the attribute with names and times of states; empty without names."""
     return {NAMED_STATES: json.dumps(dict(times), ensure_ascii=False)} if times else {}
+
+
+def find_bounds(job: Any, until: float = math.inf) -> "Bounds | None":  # noqa: ANN401 - a Replay, below
+    """Return the bounds of an unknown past, which are not computed yet; None if it is untouched."""
+    if job.past == UNTOUCHED:
+        return None
+    from historysim.recording.unknown_past import Bounds
+
+    return Bounds(job, until)

@@ -11,6 +11,7 @@ from historysim.asperities.body import Body, require, select_touching
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
+from historysim.basics.fields import choice
 from historysim.errors import InputError
 from historysim.loads.event_sequence import (
     are_loads,
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.asperities.state import State
-
 Selection = str | Sequence[int]
 
 
@@ -57,8 +57,13 @@ class JobOptions(TypedDict, total=False):
     instrument: Instrument
     threads: int | None
     hold: bool | None
-    past: str
+    past: str  #: one of `PASTS`
 
+
+UNTOUCHED, UNKNOWN = "untouched", "unknown"
+PASTS = (UNTOUCHED, UNKNOWN)
+check_past = choice(*PASTS)
+FORGOTTEN = "past_forgotten_time"  # attribute of a history with an unknown past
 
 # rows that are walked, at most, before they are recorded and the progress bar moves on
 ROWS_AT_ONCE = 1 << 12

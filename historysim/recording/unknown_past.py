@@ -1,10 +1,9 @@
 """An unknown past of a contact: two slid pasts bracket its tangential loads at every later time."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, final
 
-import attrs
 import numpy as np
 
 from historysim.asperities.instrument import RIGID
@@ -12,11 +11,11 @@ from historysim.basics.arguments import Array, Floats
 from historysim.basics.wording import progress_bar
 from historysim.errors import InputError
 from historysim.loads import schedule
-from historysim.loads.event_sequence import channel_values, components, time_text
+from historysim.loads.event_sequence import channel_values, components
 from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry, event_times, friction_changes
 from historysim.memory.binding import LOAD
-from historysim.recording.recorder import Recorder
+from historysim.recording.recorder import FORGOTTEN, UNKNOWN, UNTOUCHED, Recorder
 from historysim.recording.variables import Variable, make_bounding_variables
 
 if TYPE_CHECKING:
@@ -24,9 +23,6 @@ if TYPE_CHECKING:
 
     from historysim.asperities.state import State
 
-UNTOUCHED, UNKNOWN = "untouched", "unknown"
-PASTS = (UNTOUCHED, UNKNOWN)
-FORGOTTEN = "past_forgotten_time"  # attribute of the history
 # distance of a slide, over the displacement at which the virgin contact slides; 2 turn any memory
 # round
 SLIDE = 2.5
@@ -35,30 +31,13 @@ NEGLIGIBLE = 1e-12  # width of a bracket that is rounding, relative to the large
 Rows = list[tuple[Variable, Array]]
 
 
-def check_past(_: object, __: object, value: str) -> None:
-    """Check the name of a past."""
-    if value not in PASTS:
-        raise InputError(f"past is {value!r}; expected one of {', '.join(PASTS)}")
-
-
 def past_lines(past: str) -> list[tuple[str, str]]:
     """Return the line of a summary on the past of a replay; none for an untouched one."""
     text = "unknown: results have the bounds that all earlier histories allow"
     return [("past", text)] if past == UNKNOWN else []
 
 
-def forgotten_lines(attributes: Mapping[Any, Any]) -> list[tuple[str, str]]:
-    """Return the line of a summary on the unknown past of a history with attributes; none without."""
-    if FORGOTTEN not in attributes:
-        return []
-    forgotten = float(attributes[FORGOTTEN])
-    when = f"forgotten at t = {time_text(forgotten)}"
-    text = "still remembered at the end" if math.isnan(forgotten) else when
-    return [("past", f"unknown, within bounds; {text}")]
-
-
 @final
-@attrs.define
 class _PastRows(Recorder):
     """Recorder of rows that are used before the next ones are filled."""
 
@@ -152,31 +131,22 @@ class Bounds:
         known_from = int(np.flatnonzero(apart).max(initial=-1)) + 1
         return float(self.times[known_from]) if known_from < self.times.size else math.nan
 
+    def add_to(self, history: "xr.Dataset") -> "xr.Dataset":
+        """Add the bounds to a history, and return it.
 
-def make_bounds(job: Any, until: float = math.inf) -> Bounds | None:  # noqa: ANN401 - a Replay, below
-    """Return the bounds of an unknown past, which are not computed yet; None if it is untouched."""
-    return Bounds(job, until) if job.past == UNKNOWN else None
-
-
-def add_bounds(job: Any, history: "xr.Dataset", until: float) -> "xr.Dataset":  # noqa: ANN401 - a Replay, below
-    """Return the history of a replay with the `Bounds` of an unknown past, if it has one.
-
-    The attribute ``past_forgotten_time`` is the first recorded time from which on the bounds agree
-    [s]; NaN if they do not.
-    """
-    bounds = make_bounds(job, until)
-    if bounds is None:
+        The attribute ``past_forgotten_time`` is the first recorded time from which on the bounds
+        agree [s]; NaN if they do not.
+        """
+        for variable in self.variables:
+            shape = [history.sizes[name] for name in variable.dimensions]
+            empty = np.empty(shape, variable.dtype)
+            history[variable.name] = variable.dimensions, empty, variable.attributes
+            history[variable.name].encoding = {"_FillValue": None, "dtype": variable.dtype}
+        for where, rows in self.blocks():
+            for variable, values in rows:
+                history[variable.name].values[where] = values
+        history.attrs[FORGOTTEN] = self.forgotten_time
         return history
-    for variable in bounds.variables:
-        shape = [history.sizes[name] for name in variable.dimensions]
-        empty = np.empty(shape, variable.dtype)
-        history[variable.name] = variable.dimensions, empty, variable.attributes
-        history[variable.name].encoding = {"_FillValue": None, "dtype": variable.dtype}
-    for where, rows in bounds.blocks():
-        for variable, values in rows:
-            history[variable.name].values[where] = values
-    history.attrs[FORGOTTEN] = bounds.forgotten_time
-    return history
 
 
 def _slid_state(job: Any, start: "State", direction: float) -> "State":  # noqa: ANN401 - a Replay, below

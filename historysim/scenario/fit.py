@@ -31,11 +31,11 @@ from historysim.measured.response import (
     find_forgotten,
 )
 from historysim.measured.search import OFFSET
-from historysim.recording.unknown_past import UNKNOWN
+from historysim.recording.recorder import UNKNOWN
 from historysim.results.plots.pictures import make_figure
 from historysim.results.report.page import render_page
-from historysim.scenario.analysis_sections import FitSection
 from historysim.scenario.loading_kinds import EACH
+from historysim.scenario.optional_sections import FitSection
 from historysim.scenario.runs import each_run
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors

@@ -1,16 +1,49 @@
-"""Sections of a scenario for analyses of its results, imported on use: one class each, as in `sections`."""
+"""Sections that few scenarios have, imported on use: one class each, as in `sections`."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from historysim.basics.fields import NOT_NEGATIVE, Force, Length, Number, SurfaceEnergy
 from historysim.basics.wording import format_value, nearest
-from historysim.errors import InputError, field_error
+from historysim.errors import InputError, error_path, field_error
+from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.grid import Grid, build_grid
+from historysim.scenario.schema import STRUCTURES, ColumnsOf, NumbersFile, from_table, table
+from historysim.tables import Column
 
 if TYPE_CHECKING:
     from historysim.contact.materials import MaterialPair
+
+
+@attrs.frozen(kw_only=True)
+class CourseFile(NumbersFile):
+    """A friction course from a file of numbers."""
+
+    #: Columns: ``coefficient``, and ``time`` or ``distance``.
+    columns: dict[str, Column] = attrs.field(validator=ColumnsOf("coefficient", "time distance"))
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it depends on either time or distance."""
+        with error_path("columns"):
+            check_one(time=self.columns.get("time"), distance=self.columns.get("distance"))
+
+    def course(self, folder: Path) -> FrictionCourse:
+        """Read the course from the file; its path is relative to the folder."""
+        return self.read(
+            folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}, FrictionCourse
+        )
+
+
+def _course_from_toml(value: object) -> FrictionCourse | CourseFile:
+    """Structure a course: read from a file, or written out."""
+    if "file" in table(value):
+        return from_table(CourseFile, value)
+    return from_table(FrictionCourse, value)
+
+
+STRUCTURES[FrictionCourse] = _course_from_toml
 
 
 @attrs.frozen

@@ -18,7 +18,7 @@ from historysim.log.file import LogFile, chain_links
 from historysim.log.header import LogHeader
 from historysim.log.result import RunOptions, digest_attribute, log_path_for, write_result
 from historysim.recording import surface_group
-from historysim.recording.unknown_past import UNTOUCHED
+from historysim.recording.recorder import UNTOUCHED
 from historysim.scenario.loading_kinds import EACH
 from historysim.scenario.scenario import Scenario, load
 

@@ -20,9 +20,7 @@ from historysim.contact import hertz
 from historysim.errors import InputError, LoadError, error_path, field_error
 from historysim.loads.event_sequence import as_events, channel_values, to_loads
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.friction_course import FrictionCourse
-from historysim.recording.recorder import chosen_asperities, largest_approach
-from historysim.recording.unknown_past import UNKNOWN, check_bracketed
+from historysim.recording.recorder import UNKNOWN, chosen_asperities, largest_approach
 from historysim.replaying import Replay
 from historysim.scenario.document import (
     find_named_files,
@@ -30,7 +28,7 @@ from historysim.scenario.document import (
     read_sections,
 )
 from historysim.scenario.loading_kinds import EACH
-from historysim.scenario.schema import from_table, located_errors
+from historysim.scenario.schema import NumbersFile, from_table, located_errors
 from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
@@ -182,6 +180,8 @@ class Scenario:
             with error_path("record", "asperities"):
                 chosen_asperities(ensemble, (), record)
         if self.sections.loading.past == UNKNOWN:
+            from historysim.recording.unknown_past import check_bracketed
+
             with error_path("loading", "past"):
                 check_bracketed(ensemble, events, self.sections.instrument)
         for event in events if to_loads(events) is None else ():
@@ -243,11 +243,8 @@ class Scenario:
                 raise field_error("no waypoints; expected one or more", "loading")
             if (course := self.sections.course) is not None:
                 with error_path("friction", "course"):
-                    written = (
-                        course
-                        if isinstance(course, FrictionCourse)
-                        else course.course(self.path.parent)
-                    )
+                    is_in_file = isinstance(course, NumbersFile)
+                    written = course.course(self.path.parent) if is_in_file else course
                     events = written.along(events)
             steps = len(events) * self.sections.loading.substeps
             if steps > most("STEPS"):

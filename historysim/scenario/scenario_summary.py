@@ -12,7 +12,7 @@ from historysim.recording.provenance import validity_findings
 from historysim.recording.recorder import StateOnly
 from historysim.recording.unknown_past import past_lines
 from historysim.replaying import Replay
-from historysim.scenario.analysis_sections import SweepSection
+from historysim.scenario.optional_sections import SweepSection
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.surface_kinds import BuiltSurface
 

@@ -178,10 +178,15 @@ class ImportedKind:
     key: str = "kind"  #: key that holds the name
     alone: bool = False  #: whether a plain name is accepted instead of a table
 
+    @property
+    def imported(self) -> Any:  # noqa: ANN401 - a class or a registry
+        """The class or the registry."""
+        module, _, name = self.path.partition(":")
+        return getattr(import_module(module), name)
+
     def structure(self, value: Any) -> object:  # noqa: ANN401 - of TOML
         """Structure a table as the class."""
-        module, _, name = self.path.partition(":")
-        imported = getattr(import_module(module), name)
+        imported = self.imported
         if isinstance(imported, type):
             return structure(value, imported)
         entry = {self.key: value} if self.alone and isinstance(value, str) else value

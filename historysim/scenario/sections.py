@@ -1,7 +1,6 @@
 """Sections of a scenario: one class each, with its keys and their checks."""
 
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
@@ -15,17 +14,13 @@ from historysim.basics.fields import (
     list_fields,
 )
 from historysim.errors import InputError, error_path, field_error
-from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
-    STRUCTURES,
     AnyAttraction,
     AnyFrictionLaw,
     AnyWearLaw,
     By,
-    ColumnsOf,
     ImportedKind,
-    NumbersFile,
     explicit_fields,
     from_table,
     structure,
@@ -34,7 +29,6 @@ from historysim.scenario.schema import (
     text,
 )
 from historysim.scenario.surface_kinds import SurfaceKind
-from historysim.tables import Column
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -61,11 +55,12 @@ def _pictures_from_toml(value: object) -> Pictures:
 
 MaterialEntry = Annotated[Any, By(_material_from_toml)]
 PictureSections = Annotated[Any, By(_pictures_from_toml)]
-_ANALYSES = "historysim.scenario.analysis_sections"
-AnyAdhesion = Annotated[Any, ImportedKind(f"{_ANALYSES}:AdhesionSection")]
-AnyFit = Annotated[Any, ImportedKind(f"{_ANALYSES}:FitSection")]
-AnySweep = Annotated[Any, ImportedKind(f"{_ANALYSES}:SweepSection")]
-AnyDesign = Annotated[Any, ImportedKind(f"{_ANALYSES}:DesignSection")]
+_OPTIONAL = "historysim.scenario.optional_sections"
+AnyCourse = Annotated[Any, ImportedKind(f"{_OPTIONAL}:FrictionCourse")]
+AnyAdhesion = Annotated[Any, ImportedKind(f"{_OPTIONAL}:AdhesionSection")]
+AnyFit = Annotated[Any, ImportedKind(f"{_OPTIONAL}:FitSection")]
+AnySweep = Annotated[Any, ImportedKind(f"{_OPTIONAL}:SweepSection")]
+AnyDesign = Annotated[Any, ImportedKind(f"{_OPTIONAL}:DesignSection")]
 
 
 @attrs.frozen
@@ -113,35 +108,6 @@ class MaterialsSection:
             return MaterialPair(self.first, self.second)
 
 
-@attrs.frozen(kw_only=True)
-class CourseFile(NumbersFile):
-    """A friction course from a file of numbers."""
-
-    #: Columns: ``coefficient``, and ``time`` or ``distance``.
-    columns: dict[str, Column] = attrs.field(validator=ColumnsOf("coefficient", "time distance"))
-
-    def __attrs_post_init__(self) -> None:
-        """Check that it depends on either time or distance."""
-        with error_path("columns"):
-            check_one(time=self.columns.get("time"), distance=self.columns.get("distance"))
-
-    def course(self, folder: Path) -> FrictionCourse:
-        """Read the course from the file; its path is relative to the folder."""
-        return self.read(
-            folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}, FrictionCourse
-        )
-
-
-def _course_from_toml(value: object) -> FrictionCourse | CourseFile:
-    """Structure a course: read from a file, or written out."""
-    if "file" in table(value):
-        return from_table(CourseFile, value)
-    return from_table(FrictionCourse, value)
-
-
-STRUCTURES[FrictionCourse] = _course_from_toml
-
-
 @attrs.frozen
 class Coefficients:
     """``[friction]`` without a law: one coefficient and its course, or one coefficient per asperity."""
@@ -149,7 +115,7 @@ class Coefficients:
     #: Coefficient of friction μ, or an array with one for each asperity.
     coefficient: Numbers = attrs.field(validator=NOT_NEGATIVE)
     #: A coefficient that changes over time or distance, as below
-    course: FrictionCourse | None = None
+    course: AnyCourse | None = None
 
     @classmethod
     def from_toml(cls, value: object) -> Any:  # noqa: ANN401 - coefficients, or a law
@@ -332,7 +298,7 @@ class Sections:
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property
-    def course(self) -> FrictionCourse | CourseFile | None:
+    def course(self) -> Any:  # noqa: ANN401 - a FrictionCourse or a CourseFile
         """Course of the friction coefficient; None if it is constant."""
         return self.friction.course if isinstance(self.friction, Coefficients) else None
 

@@ -15,8 +15,8 @@ from historysim.basics.arguments import Floats, scalar
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import Lines, Notify, count_text, nearest, progress_bar, silent
 from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning, error_path
-from historysim.scenario.analysis_sections import DesignSection
 from historysim.scenario.grid import Grid, Point, variable_name
+from historysim.scenario.optional_sections import DesignSection
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import located_errors
 from historysim.studies.cell import SUMMARIES, cell

@@ -141,7 +141,7 @@ def test_the_loop_has_a_band():
 UNIFORM = loads(hs.TangentialDisplacement)
 WORN = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0))
 REFUSED = {
-    "expected one of untouched, unknown": (contact(several=False), UNIFORM, {"past": "forgotten"}),
+    "expected 'untouched' or 'unknown'": (contact(several=False), UNIFORM, {"past": "forgotten"}),
     "two tangential directions": (
         contact(several=False),
         [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, (1e-3, 0.0))],

@@ -1,7 +1,9 @@
 """Summary of a history in a few lines, and model assumptions that it violates."""
 
+import math
+from collections.abc import Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,7 +11,8 @@ from historysim.basics.arguments import Floats
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Finding, count_text, read_findings
 from historysim.errors import InputError
-from historysim.recording.unknown_past import forgotten_lines
+from historysim.loads.event_sequence import time_text
+from historysim.recording.recorder import FORGOTTEN
 from historysim.results.analysis.preliminary import Capacity, capacity
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
@@ -102,7 +105,7 @@ def summary_lines(history: History) -> list[tuple[str, str]]:
     lines.append(
         ("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J"))
     )
-    lines += [*forgotten_lines(history.attrs), *_evolution_lines(history)]
+    lines += [*_forgotten_lines(history.attrs), *_evolution_lines(history)]
     if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     if "largest_traction_ratio" in history:
@@ -229,3 +232,13 @@ def readable_attributes(history: History) -> dict[str, str]:
         str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)
         for name, value in history.attrs.items()
     }
+
+
+def _forgotten_lines(attributes: Mapping[Any, Any]) -> list[tuple[str, str]]:
+    """Return the line of a summary on the unknown past of a history with attributes; none without."""
+    if FORGOTTEN not in attributes:
+        return []
+    forgotten = float(attributes[FORGOTTEN])
+    when = f"forgotten at t = {time_text(forgotten)}"
+    text = "still remembered at the end" if math.isnan(forgotten) else when
+    return [("past", f"unknown, within bounds; {text}")]

@@ -13,7 +13,7 @@ from historysim.basics.registry import Registry
 from historysim.basics.wording import Notify, format_value, silent
 from historysim.errors import InputError, field_error
 from historysim.loads.events import Event
-from historysim.recording.unknown_past import PASTS, UNTOUCHED
+from historysim.recording.recorder import PASTS, UNTOUCHED
 from historysim.scenario.schema import from_table, kind_from_toml, table
 
 EACH = "each"  # run = "each": all runs of a record, evaluated separately

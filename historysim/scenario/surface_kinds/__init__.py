@@ -4,16 +4,16 @@ import abc
 import inspect
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import attrs
 
-from historysim.basics.fields import Force, Key, Length, QuantityFields
+from historysim.basics.fields import Key, QuantityFields
 from historysim.basics.registry import Registry
-from historysim.errors import InputError, error_path, field_error
+from historysim.errors import InputError, field_error
 from historysim.scenario.schema import (
-    AnyWearLaw,
     AnyYieldingLaw,
+    ImportedKind,
     from_table,
     kind_from_toml,
     table,
@@ -23,13 +23,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from historysim.asperities.yielding import YieldingLaw
-    from historysim.contact.materials import MaterialPair
     from historysim.interaction.solutions import NormalSolutions
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
 INTERACTIONS = ("none", "full")
-MOST_PASSES = 1000
+AnyPasses = Annotated[Any, ImportedKind("historysim.scenario.surface_kinds.passes:Passes")]
 DEEPEST = 20  # largest depth of nested sums
 # Kinds of ``[surface]`` by name.
 SURFACES: Registry[type["SurfaceKind"]] = Registry(
@@ -113,88 +112,6 @@ def _summands(entry: object) -> list[object]:
     return [entry[key] for key in ("first", "second") if key in entry]
 
 
-@attrs.frozen
-class PassEntry:
-    """Identical passes."""
-
-    normal_load: Force  #: of each pass
-    sliding_distance: Length = 0.0  #: sliding distance of the flat in each pass
-    #: Number of passes, up to 1000.
-    repeat: int = attrs.field(
-        default=1,
-        validator=Key(
-            lambda number: 1 <= number <= MOST_PASSES, f"a number from 1 to {MOST_PASSES}"
-        ),
-    )
-
-
-@attrs.frozen
-class Passes:
-    """Passes of a flat over a map, which run it in before the loading.
-
-    Examples
-    --------
-    [surface]
-    kind = "random"
-    shape = [256, 256]
-    pixel_size = "1 µm"
-    rms_height = "300 nm"
-    autocorrelation_length = "20 µm"
-    seed = 1
-    yielding = "kogut-etsion"
-    passes = { steps = [{ normal_load = "90 mN", repeat = 2 }], volume = "conserved" }
-    """
-
-    steps: tuple[PassEntry, ...]  #: the passes, in sequence
-    #: A law of wear with its keys, as in ``[wear]``; without it summits yield only
-    wear: AnyWearLaw | None = None
-    #: Material that is cut off: ``"lost"``, or ``"conserved"``, which raises all other points
-    #: equally.
-    volume: str = "lost"
-
-    def apply(self, built: BuiltSurface, pair: "MaterialPair", friction: object) -> BuiltSurface:
-        """Apply the passes to a surface; errors as for `run_in`."""
-        from historysim.asperities.running_in import Pass, run_in
-
-        if built.surface is None or built.summits is None or built.find is None:
-            raise field_error(
-                "given for a surface without a height map; expected a random, measured or sum",
-                "passes",
-            )
-        if built.interacts:
-            raise field_error(
-                'given with interaction = "full", which has no summits; expected one of them',
-                "passes",
-            )
-        if not isinstance(friction, int | float):
-            raise field_error(
-                "needs one friction coefficient; expected friction.coefficient as a number",
-                "passes",
-            )
-        if not self.steps:
-            raise field_error("is empty; expected one or more passes", "passes", "steps")
-        with error_path("passes"):
-            steps = [
-                Pass(entry.normal_load, entry.sliding_distance)
-                for entry in self.steps
-                for _ in range(entry.repeat)
-            ]
-            laws: Any = {"friction": float(friction), "yielding": built.yielding, "wear": self.wear}
-            surface, records = run_in(
-                built.surface, pair, steps, volume=self.volume, find=built.find, **laws
-            )
-        first_record, last_record = records[0], records[-1]
-        notice = (
-            f"run in by {len(records)} passes: preliminary displacement "
-            f"{first_record.preliminary_displacement * 1e9:.4g} nm in the first, "
-            f"{last_record.preliminary_displacement * 1e9:.4g} nm in the last; "
-            f"{first_record.contact_count} and {last_record.contact_count} contacts; volume {self.volume}"
-        )
-        return attrs.evolve(
-            built, surface=surface, summits=built.find(surface), notices=(*built.notices, notice)
-        )
-
-
 @attrs.frozen(kw_only=True)
 class ChangedSurface(SurfaceKind):
     """Keys common to all kinds of surface."""
@@ -212,7 +129,7 @@ class ChangedSurface(SurfaceKind):
         validator=Key(lambda word: word in INTERACTIONS, f"one of {', '.join(INTERACTIONS)}"),
     )
     yielding: AnyYieldingLaw | None = None  #: of a surface with summits: yielding law, as below
-    passes: Passes | None = None  #: of a height map: running-in, as below
+    passes: AnyPasses | None = None  #: of a height map: running-in, as below
 
     def without_preparation(self) -> SurfaceKind | None:
         """Return the underlying surface without preparation; see `SurfaceKind.without_preparation`."""
