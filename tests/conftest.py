@@ -1,5 +1,6 @@
 import os
 import re
+import sys
 from decimal import getcontext
 from pathlib import Path
 
@@ -30,6 +31,10 @@ def alone(monkeypatch):
     monkeypatch.setattr("threading.active_count", lambda: 1)
 
 
+# what tests import is compiled once, also for the processes that they start
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # Variables that pytest, and a cluster of dask with its allocator and linear algebra, set for a process.
 OF_LIBRARIES = re.compile("PYTEST|__DASK|MALLOC_|[A-Z]+_NUM_THREADS|PYTHONHASHSEED")
 
@@ -37,7 +42,7 @@ OF_LIBRARIES = re.compile("PYTEST|__DASK|MALLOC_|[A-Z]+_NUM_THREADS|PYTHONHASHSE
 def process_state():
     """Return what a test shares with those that run later in its process."""
     names = {name: value for name, value in os.environ.items() if not OF_LIBRARIES.match(name)}
-    return Path.cwd(), names, dict(mpl.rcParams), np.geterr(), getcontext().prec
+    return Path.cwd(), names, dict(dict.items(mpl.rcParams)), np.geterr(), getcontext().prec
 
 
 def own_queries():

@@ -53,12 +53,12 @@ def test_one_sphere_snaps_in_and_is_pulled_off():
     assert (apart.normal_load, apart.attraction, apart.contact_load) == (0.0, 0.0, 0.0)
 
 
-@mark.parametrize("seed", range(5))
+@mark.parametrize("seed", range(3))
 def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
     ensemble = rough(seed)
     deepest = ensemble.resolve(0.0, 60 * PULL)[1]
     fine = np.unique(
-        np.concatenate([np.linspace(0, deepest, 400_001)[1:], ensemble.first_touch + 1e-18])
+        np.concatenate([np.linspace(0, deepest, 100_001)[1:], ensemble.first_touch + 1e-18])
     )
     fine = fine[(fine > 0) & (fine <= deepest)]
     load = external_load(ensemble, fine)
@@ -72,7 +72,7 @@ def test_loads_of_an_ensemble_are_met_first_in_the_direction_of_the_path(seed):
         met = later & ((load >= target) if rises else (load <= target))
         expected = fine[met][0 if rises else -1]
         here = ensemble.highest_summit - history.separation[step].item()
-        assert here == approx(expected, abs=2 * deepest / 400_000)
+        assert here == approx(expected, abs=2 * deepest / 100_000)
         assert history.total_normal_load[step].item() == approx(target, abs=1e-9 * PULL)
         pull = 2 * np.pi * WORK * ensemble.summit_radius[ensemble.first_touch < here].sum()
         assert history.total_attraction[step].item() == approx(pull, rel=1e-12)
@@ -83,7 +83,7 @@ def test_energy_is_balanced_over_a_loop_of_the_normal_load():
     """Work from outside = what is lost in jumps, for a path that begins and ends with the same contacts."""
     ensemble = rough()
     start = ensemble.advance(ensemble.initial_state(), normal_load=0.0)
-    targets = np.concatenate([np.linspace(0, 50, 4001)[1:], np.linspace(50, 0, 4001)[1:]]) * PULL
+    targets = np.concatenate([np.linspace(0, 50, 2001)[1:], np.linspace(50, 0, 2001)[1:]]) * PULL
     state, work = start, 0.0
     for target in targets:
         moved = ensemble.advance(state, normal_load=float(target))

@@ -118,7 +118,7 @@ def test_random_paths_against_springs_on_turned_axes(seed):
 )
 @mark.parametrize("seed", [0, param(1, marks=mark.slow)])
 def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
-    parts = 100 if channel == "normal_displacement" else 30
+    parts = 30 if channel == "normal_displacement" else 12
     ensemble = rough(4, seed)
     large = small = ensemble.initial_state()
     start = np.zeros(2)
@@ -163,11 +163,11 @@ def test_work_of_the_loads_is_stored_or_dissipated():
             there = ensemble.advance(start, normal_displacement=d, tangential_displacement=u)
             return there.normal_load * move[0] + there.tangential_load * move[1]
 
-        work += quad(power, 0, 1, epsabs=1e-24, epsrel=1e-11, limit=60)[0]
+        work += quad(power, 0, 1, epsabs=1e-24, epsrel=1e-8, limit=60)[0]
         state = ensemble.advance(
             state, normal_displacement=corner[0], tangential_displacement=corner[1]
         )
-        assert elastic_energy(ensemble, state) + state.dissipated_energy == approx(work, rel=1e-11)
+        assert elastic_energy(ensemble, state) + state.dissipated_energy == approx(work, rel=1e-8)
         begin = begin or state
     loop = state.dissipated_energy - begin.dissipated_energy
     assert loop > 0.1 * elastic_energy(ensemble, state)
@@ -300,7 +300,7 @@ def load_events(seed, count):
 def test_paths_by_load_are_those_by_the_displacements_found(seed):
     ensemble = rough(5, seed)
     events = load_events(seed, 4)
-    loads = hs.replay(ensemble, events, substeps=40, hold=False)
+    loads = hs.replay(ensemble, events, substeps=12, hold=False)
     state = hs.Replay(ensemble, events[:2], hold=False).state()
     approach = ensemble.highest_summit - loads.separation.values
     displacement = loads.tangential_displacement.values
@@ -357,7 +357,7 @@ def test_a_peak_of_the_load_before_steep_asperities_of_little_friction_carry_alo
     held = ensemble.advance(start, tangential_load=-1.0, saturate=True)
     largest = min(
         ensemble.advance(start, tangential_displacement=-displacement).tangential_load
-        for displacement in np.linspace(2e-9, 100e-9, 50)
+        for displacement in np.linspace(2e-9, 100e-9, 20)
     )
     far = ensemble.advance(start, tangential_displacement=-5e-6).tangential_load
     assert held.tangential_load <= largest * (1 - 1e-12) < 1.05 * far
@@ -383,8 +383,7 @@ def test_a_log_of_tangential_loads_makes_the_same_bits(tmp_path):
     how = {"saturate": True, "hold": False}
     with hs.EventLog.create(tmp_path / "a.hslog", ensemble, events, **how) as log:
         assert log.replay().equals(history := hs.replay(ensemble, events, **how))
-        for time in (1.0, 2.5, 4.0):
-            assert log.state(at=time) == hs.Replay(ensemble, events, **how).state(until=time)
+        assert log.state(at=2.5) == hs.Replay(ensemble, events, **how).state(until=2.5)
         assert log.state().to_bytes() == hs.Replay(ensemble, events, **how).state().to_bytes()
     assert history.saturated.values.tolist() == [0] * (history.sizes["step"] - 1) + [1]
     assert history.sizes["asperity"] == len(ensemble)

@@ -52,9 +52,9 @@ def largest_load_error(errors):
     return max((error for column, error in errors.items() if column[0] in "Tuqc"), default=None)
 
 
-def score_laws():
+def score_laws(names):
     """Compute errors (load or displacement, energy) by law and case; None where a law has no such result."""
-    names, found = score.list_cases(), {}
+    found = {}
     for label, law in LAWS.items():
         results = {name: adapters.LAWS[law](name) for name in names}
         errors = {
@@ -66,7 +66,8 @@ def score_laws():
         }
     stored = score.score_folder(score.FOLDER / "results" / "lammps")["cases"]
     found["LAMMPS"] = {
-        name: (score.largest_of(each, "T") if each else None, None) for name, each in stored.items()
+        name: (score.largest_of(stored[name], "T") if stored[name] else None, None)
+        for name in names
     }
     for label, program in ELSEWHERE.items():
         with (score.FOLDER / "elsewhere.csv").open(encoding="utf-8", newline="") as file:
@@ -375,7 +376,7 @@ def main():
     )
     parser.add_argument("--times", action="store_true", help="time all programs, too")
     options = parser.parse_args()
-    found = score_laws()
+    found = score_laws(score.list_cases())
     blocks = {"scores": format_scores(found)}
     if options.times:
         took = table(

@@ -37,7 +37,7 @@ LABELS = {
 # -- results ---------------------------------------------------------------------------------------
 
 
-def measure_steps():
+def measure_steps(counts=STEPS):
     """Largest error of T on case 03 over the steps of a leg, by law [μN]."""
     name = "03_nested_varying_load"
     case, columns = score.read_case(name)
@@ -47,16 +47,16 @@ def measure_steps():
         "slider": lambda motion: adapters.slider(motion, rescaled=True)[0],
     }
     unit = case["units"]["T"]
-    found = {"steps": list(STEPS)}
+    found = {"steps": list(counts)}
     for law, run in laws.items():
         errors = []
-        for steps in STEPS:
+        for steps in counts:
             loads = run(adapters.build_motion(case, columns, steps))[::steps]
             errors.append(float(np.abs(loads - columns["T"]).max() / unit))
         found[law] = errors
     found["historysim"] = [
         float(np.abs(replay_in_parts(case, columns, steps) - columns["T"]).max() / unit)
-        for steps in STEPS
+        for steps in counts
     ]
     return found
 

@@ -101,7 +101,7 @@ def test_inputs_and_foreign_files_are_not_replaced(folder, command):
 
 
 # one command for each library or format that writes
-@mark.parametrize("command", ["run", "table", "sliding", "fit", "plot", "report", "fmu", "reduce"])
+@mark.parametrize("command", ["run", "table", "fit", "plot", "report", "fmu", "reduce"])
 def test_an_older_output_of_the_same_command_is_replaced(folder, command, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
     arguments, ending = COMMANDS[command]

@@ -36,7 +36,7 @@ from historysim.scenario.loading_kinds.channels import ForceChannel, hum_remark
 
 PAGE = Path(__file__).resolve().parents[2] / "historysim" / "measured" / "README.md"
 HEADING = "### Findings and their remedies"
-MANY, FEW = 1000, 12  # clean records: those of the page, and those of each run of the tests
+MANY, FEW = 1000, 6  # clean records: those of the page, and those of each run of the tests
 
 SOUND = attrs.evolve(synthetic.measured("ball", 0, loads=(LOAD,), loops=8, rate=20), dead_band={})
 FORCE, MOVED, TIME = SOUND["tangential_load"], SOUND["tangential_displacement"], SOUND.time

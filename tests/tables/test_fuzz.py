@@ -10,7 +10,7 @@ from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 
 pytestmark = mark.usefixtures("alone")
-fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+fuzz = settings(deadline=None, max_examples=8, suppress_health_check=[HealthCheck.too_slow])
 ENDINGS = sorted({name.rpartition(".")[2] for name in WRITERS} - {"tsv"})
 
 
