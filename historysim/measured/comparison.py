@@ -22,7 +22,6 @@ from historysim.measured.residual_diagnosis import (
 )
 from historysim.measured.residuals import Residuals, compute_residuals
 from historysim.measured.response import ModelResponse
-from historysim.measured.roots import find_minimum
 
 # range of the normal load on a branch, over its largest value there, up to which the load is
 # constant
@@ -205,6 +204,8 @@ class Comparison:
 
     def _best_in_series(self, start: float) -> tuple[float, float]:
         """Return the stiffness in series that leaves the least rms difference [N/m], and that difference [N]."""
+        from scipy.optimize import minimize_scalar
+
         assert self.respond is not None  # noqa: S101 - its caller has looked
         respond = self.respond
         observation = self.observation
@@ -213,9 +214,9 @@ class Comparison:
             instrument = attrs.evolve(self.instrument, lateral_stiffness=math.exp(logarithm))
             return compute_residuals(observation, respond(instrument)).rms
 
-        low, high = (math.log(start * factor) for factor in (1 / SERIES_RANGE, SERIES_RANGE))
-        logarithm, rms = find_minimum(difference, low, high, 0.04)
-        return math.exp(logarithm), rms
+        bounds = [math.log(start * factor) for factor in (1 / SERIES_RANGE, SERIES_RANGE)]
+        best = minimize_scalar(difference, bounds=bounds, options={"xatol": 0.02, "maxiter": 16})
+        return math.exp(float(best.x)), float(best.fun)
 
     def rows(self) -> list[tuple[str, str, str]]:
         """Return a table of strings: quantity, measured, model; means over the loops ± their standard deviations."""

@@ -26,7 +26,6 @@ from historysim.measured.reduction import (
     loop_dead_band,
 )
 from historysim.measured.response import compute_response
-from historysim.measured.roots import find_minimum
 
 FEWEST_HOLDS = 3  # holds from which on their scatter is known
 FINENESS = 10  # means of a hold in a decade of its time
@@ -424,18 +423,19 @@ class _Fit:
     @classmethod
     def minimise(cls, points: _Points, form: Any = _growth) -> "_Fit":  # noqa: ANN401 - a function of time and onset
         """Return the best over the onset."""
+        from scipy.optimize import minimize_scalar
+
         tried = np.linspace(*points.onsets, ONSETS)
         squares = [
             cls._at_onset(points, form, float(np.exp(onset_log))).squares for onset_log in tried
         ]
         best = int(np.argmin(squares))
         around = tried[max(best - 1, 0)], tried[min(best + 1, ONSETS - 1)]
-        finer, least = find_minimum(
+        finer = minimize_scalar(
             lambda onset_log: cls._at_onset(points, form, math.exp(onset_log)).squares,
-            *around,
-            1e-5,
+            bounds=around,
         )
-        onset = finer if least < squares[best] else tried[best]
+        onset = finer.x if finer.fun < squares[best] else tried[best]
         return cls._at_onset(points, form, float(np.exp(onset)))
 
     @classmethod

@@ -10,7 +10,6 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
-from historysim.measured.roots import find_root
 
 FEWEST_LOOPS = 3  # fewest loops whose scatter is used
 FEWEST_FOR_DRIFT = 6  # fewest loops that distinguish drift from scatter
@@ -84,6 +83,7 @@ def compute_half_width(
     load; with `line` the record drifts.
     """
     from scipy import special
+    from scipy.optimize import brentq
 
     root = np.sqrt(share)
     position = np.cumsum(share) - share / 2
@@ -143,7 +143,7 @@ def compute_half_width(
     upper = float((np.abs(centre) + deviation).max())
     while inside(upper) < 0:
         upper *= 2
-    return find_root(inside, 0.0, upper, 1e-6 * upper)
+    return float(brentq(inside, 0.0, upper, rtol=1e-6))
 
 
 def student_factor(freedom: float, confidence: float) -> float:
@@ -220,6 +220,8 @@ class TrendLine:
 
     def correlation(self, moves: Floats) -> float:
         """Estimate ρ between neighbouring pieces plus one standard error, 0 or more."""
+        from scipy.optimize import brentq
+
         residuals = self._detrend @ moves / self._root
         squares = float(residuals @ residuals)
         if squares <= (1e-12 * np.abs(moves).max(initial=0.0)) ** 2:
@@ -239,13 +241,17 @@ class TrendLine:
             return _MOST_CORRELATED
         at_zero = excess_correlation(0.0)
         estimate = (
-            -at_zero if at_zero >= 0 else find_root(excess_correlation, 0.0, _MOST_CORRELATED, 1e-3)
+            -at_zero
+            if at_zero >= 0
+            else float(brentq(excess_correlation, 0, _MOST_CORRELATED, xtol=1e-3))
         )
         error = math.sqrt(max(1 - estimate**2, 0.0) / moves.size)
         return min(max(estimate + error, 0.0), _MOST_CORRELATED)
 
     def critical_value(self, weights: Floats, correlation: float, confidence: float) -> float:
         """Compute c such that ± c √V is the interval of a weighted sum of the influence values (piece)."""
+        from scipy.optimize import brentq
+
         tail = self.tail_probability(weights, correlation)
         outside = 1 - confidence
         largest = math.log(_MOST_ROOTS)
@@ -253,7 +259,7 @@ class TrendLine:
             # one piece has nearly all the information, so the others show no scatter
             return math.inf
         bracket = math.log(1e-2), largest
-        return math.exp(find_root(lambda at: tail(at) - outside, *bracket, 1e-4))
+        return math.exp(float(brentq(lambda at: tail(at) - outside, *bracket, xtol=1e-4)))
 
     def tail_probability(self, weights: Floats, correlation: float) -> Callable[[float], float]:
         """Return the probability that a weighted sum of influence values exceeds c √V, as a function of log c."""

@@ -12,7 +12,6 @@ import numpy as np
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.measured import intervals
-from historysim.measured.roots import find_minimum
 
 SURE = 0.999  # confidence above which an effect is significant
 # least fraction of the squares common to all branches that a reported fault explains
@@ -202,6 +201,7 @@ def diagnose_residuals(branches: Sequence[BranchSamples], place_deviation: float
 
 def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
     """Estimate the size of a fault in some branches by least squares, and whether it is significant."""
+    from scipy.optimize import minimize_scalar
 
     def sum_squares(size: float) -> float:
         residuals, _ = project_residuals(fault, branches, size)
@@ -224,7 +224,8 @@ def estimate_effect(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
     else:
         tried = unit * np.concatenate([-SIZES[::-1] if fault.two_sided else [], [0.0], SIZES])
         best = min(max(int(np.argmin([sum_squares(size) for size in tried])), 1), tried.size - 2)
-        size, _ = find_minimum(sum_squares, tried[best - 1], tried[best + 1], 1e-4 * unit)
+        around = tried[[best - 1, best + 1]]
+        size = float(minimize_scalar(sum_squares, bounds=around, options={"xatol": 1e-4 * unit}).x)
     residuals, slopes = project_residuals(fault, branches, size)
     share = np.sum(slopes**2, axis=1)
     squares = float(share.sum()) or 1.0

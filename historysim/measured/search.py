@@ -19,7 +19,6 @@ from historysim.measured.observation import Observation
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
 from historysim.measured.residuals import assign_position_bins
 from historysim.measured.response import LEAST_NOISE, ModelResponse, compute_response
-from historysim.measured.roots import find_root
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -525,6 +524,8 @@ class Search:
         the number of samples. Without it, friction that scatters would have a thousand times the
         weight in sliding, where noise is least, and would distort the stiffnesses.
         """
+        from scipy.optimize import brentq
+
         response = self._compute_response(unknowns)
         noise = self.noises(response)
         residual = self._compare(response, unknowns, 1.0)[: self.compared.size]
@@ -537,7 +538,7 @@ class Search:
             return noise
         # without noise the upper bound is the root, but for rounding
         upper = (1 + 1e-6) * float(np.linalg.norm(residual)) / math.sqrt(freedom)
-        return np.hypot(noise, find_root(excess, 0.0, upper, 1e-9 * upper))
+        return np.hypot(noise, float(brentq(excess, 0.0, upper, xtol=1e-9 * upper)))
 
     def objective(self, unknowns: Floats, scale: Floats) -> float:
         """Compute the objective: the sum of squares, less the part due to noise of the displacement."""
