@@ -27,8 +27,9 @@ int64_t hs_turning_points(int64_t size, const double *values, double dead_band, 
     return count;
 }
 
-void hs_keep_path(const double *tangential, const double *normal, double dead_band, double normal_dead_band,
-                  int64_t kept_size, const int64_t *kept, bool *needed, int64_t *waiting) {
+void hs_keep_path(const double *tangential, const double *normal, double dead_band,
+                  double normal_dead_band, int64_t kept_size, const int64_t *kept, bool *needed,
+                  int64_t *waiting) {
     for (int64_t piece = 0; piece + 1 < kept_size; piece++) {
         int64_t count = 0;
         waiting[count++] = kept[piece];
@@ -38,7 +39,8 @@ void hs_keep_path(const double *tangential, const double *normal, double dead_ba
             double p = tangential[end] - tangential[start], q = normal[end] - normal[start];
             double most = fabs(p) * normal_dead_band + fabs(q) * dead_band;
             for (int64_t i = start + 1; i < end; i++) {
-                double cross = fabs((tangential[i] - tangential[start]) * q - (normal[i] - normal[start]) * p);
+                double cross =
+                    fabs((tangential[i] - tangential[start]) * q - (normal[i] - normal[start]) * p);
                 if (cross > most) {
                     farthest = i;
                     most = cross;

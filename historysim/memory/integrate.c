@@ -185,7 +185,7 @@ static int follow_part(hs_fields *ctx, hs_line *memory, double start_fraction, d
         if (!ctx->is_constant && is_at_rest(ctx, memory))
             status = hs_advance_step(ctx, memory, start_fraction, end);
         else if (!ctx->is_constant ||
-            (ctx->has_target && !(plan->is_straight && end < plan->segment[1])))
+                 (ctx->has_target && !(plan->is_straight && end < plan->segment[1])))
             status = hs_integrate_timed(ctx, memory, start_fraction, end);
         else if (ctx->has_target)
             status = follow_elastic(ctx, memory, start_fraction, end);

@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-/* Return the top of the hill that a flooded point belongs to; half of the way is shorter afterwards. */
+/* Return the top of the hill that a flooded point belongs to; half of the way is shorter
+ * afterwards. */
 static int64_t top_of(int64_t point, int64_t *parent) {
     while (parent[point] != point) {
         parent[point] = parent[parent[point]];
@@ -11,8 +12,9 @@ static int64_t top_of(int64_t point, int64_t *parent) {
     return point;
 }
 
-void hs_prominences(int64_t nx, int64_t ny, const double *heights, int64_t points, const int64_t *order,
-                    int64_t step_count, const int64_t *steps, bool periodic, double *prominence, int64_t *parent) {
+void hs_prominences(int64_t nx, int64_t ny, const double *heights, int64_t points,
+                    const int64_t *order, int64_t step_count, const int64_t *steps, bool periodic,
+                    double *prominence, int64_t *parent) {
     for (int64_t point = 0; point < nx * ny; point++) {
         parent[point] = -1;
         prominence[point] = 0.0;
@@ -36,7 +38,8 @@ void hs_prominences(int64_t nx, int64_t ny, const double *heights, int64_t point
                 parent[point] = top;
             } else if (root != top) {
                 /* the lower top ends here; of two at one height, that which comes later */
-                bool above = heights[root] > heights[top] || (heights[root] == heights[top] && root < top);
+                bool above =
+                    heights[root] > heights[top] || (heights[root] == heights[top] && root < top);
                 int64_t higher = above ? root : top, lower = above ? top : root;
                 prominence[lower] = heights[lower] - heights[point];
                 parent[lower] = higher;

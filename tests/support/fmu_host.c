@@ -1,6 +1,8 @@
-/* Random calls of a unit of co-simulation, right and wrong ones, for sanitizers: fmu_host URI-OF-RESOURCES GUID CALLS.
+/* Random calls of a unit of co-simulation, right and wrong ones, for sanitizers: fmu_host
+ * URI-OF-RESOURCES GUID CALLS.
  *
- * Prints the digests of states that were saved, and how many calls were answered in each way. Ends with 1 where a unit that was put back gives other bytes. */
+ * Prints the digests of states that were saved, and how many calls were answered in each way. Ends
+ * with 1 where a unit that was put back gives other bytes. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -29,7 +31,8 @@ static double chance(void) {
 static int one_of(int count) { return (int)(chance() * count); }
 
 static char said[1000];
-static void log_message(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String format, ...) {
+static void log_message(void *environment, fmi2String name, fmi2Status status, fmi2String category,
+                        fmi2String format, ...) {
     va_list values;
     (void)environment;
     (void)status;
@@ -47,7 +50,9 @@ static double number(void) {
 
 static char *bytes_of(fmi2Component c, size_t *size) {
     fmi2FMUstate state = NULL;
-    if (fmi2GetFMUstate(c, &state) != fmi2OK || fmi2SerializedFMUstateSize(c, state, size) != fmi2OK) exit(5);
+    if (fmi2GetFMUstate(c, &state) != fmi2OK ||
+        fmi2SerializedFMUstateSize(c, state, size) != fmi2OK)
+        exit(5);
     char *bytes = (char *)malloc(*size);
     if (fmi2SerializeFMUstate(c, state, bytes, *size) != fmi2OK) exit(6);
     if (fmi2SerializeFMUstate(c, state, bytes, *size - 1) == fmi2OK) exit(7);
@@ -61,20 +66,24 @@ int main(int count, char **words) {
     fmi2CallbackFunctions silent = {NULL, NULL, NULL, NULL, NULL};
     fmi2FMUstate state[STATES] = {0};
     long answers[6] = {0};
-    fmi2Component c = fmi2Instantiate("one", fmi2CoSimulation, words[2], words[1], &functions, 0, 0);
+    fmi2Component c =
+        fmi2Instantiate("one", fmi2CoSimulation, words[2], words[1], &functions, 0, 0);
     if (!c) {
         puts(said);
         return 2;
     }
     if (fmi2Instantiate("one", fmi2ModelExchange, words[2], words[1], &functions, 0, 0)) return 8;
     if (fmi2Instantiate("one", fmi2CoSimulation, "{other}", words[1], &functions, 0, 0)) return 8;
-    if (fmi2Instantiate("one", fmi2CoSimulation, words[2], "file:///nowhere%", &functions, 0, 0)) return 8;
+    if (fmi2Instantiate("one", fmi2CoSimulation, words[2], "file:///nowhere%", &functions, 0, 0))
+        return 8;
     if (fmi2Instantiate(NULL, fmi2CoSimulation, words[2], words[1], &silent, 0, 0)) return 8;
     if (fmi2Instantiate("one", fmi2CoSimulation, words[2], NULL, NULL, 0, 0)) return 8;
     for (long call = atol(words[3]); call > 0; --call) {
-        fmi2ValueReference vr[2] = {(fmi2ValueReference)one_of(chance() < 0.02 ? 2000 : REFERENCES), 0};
+        fmi2ValueReference vr[2] = {(fmi2ValueReference)one_of(chance() < 0.02 ? 2000 : REFERENCES),
+                                    0};
         /* one after the other: compilers differ in the order within a list */
-        double first = number(), second = number() * 1e-6, time = chance(), length = chance() < 0.95 ? chance() : number();
+        double first = number(), second = number() * 1e-6, time = chance(),
+               length = chance() < 0.95 ? chance() : number();
         fmi2Real value[3] = {first, second, INPUTS == 3 ? number() * 1e-6 : 0.0};
         fmi2Integer whole[2] = {chance() < 0.95 ? 1 : one_of(4), 1};
         int slot = one_of(STATES), kind = one_of(24);
@@ -92,7 +101,8 @@ int main(int count, char **words) {
         } else if (kind == 12) {
             status = fmi2GetReal(c, vr, 1, value);
         } else if (kind == 13) {
-            status = chance() < 0.5 ? fmi2GetInteger(c, vr, 1, whole) : fmi2GetBoolean(c, vr, 1, whole);
+            status =
+                chance() < 0.5 ? fmi2GetInteger(c, vr, 1, whole) : fmi2GetBoolean(c, vr, 1, whole);
         } else if (kind == 14) {
             status = fmi2SetReal(c, vr, 1, value);
         } else if (kind == 15) {
@@ -148,7 +158,8 @@ int main(int count, char **words) {
             uint64_t sum = 14695981039346656037u;
             if (fmi2SetFMUstate(c, state[k]) != fmi2OK) return 9;
             char *bytes = bytes_of(c, &size);
-            for (size_t i = 0; i < size; ++i) sum = (sum ^ (unsigned char)bytes[i]) * 1099511628211u;
+            for (size_t i = 0; i < size; ++i)
+                sum = (sum ^ (unsigned char)bytes[i]) * 1099511628211u;
             free(bytes);
             printf("state %d %llx\n", k, (unsigned long long)sum);
         }

@@ -1,4 +1,5 @@
-/* Serialised states for libFuzzer: whatever is read as one has to be stepped, read and written without harm.
+/* Serialised states for libFuzzer: whatever is read as one has to be stepped, read and written
+ * without harm.
  *
  * The checksum at the end is made to fit, so that it keeps nothing out. */
 #include <math.h>
@@ -19,9 +20,25 @@ static void read_all(const hs_state *memory) {
     int8_t *states = (int8_t *)malloc((size_t)count);
     double vectors[4];
     hs_totals totals;
-    hs_rows rows = {count, asperity, &totals, numbers, numbers + 10 * count, numbers + 2 * count, numbers + 3 * count, states,
-                    numbers + 4 * count, numbers + 5 * count, numbers + 6 * count, numbers + 7 * count, numbers + 8 * count,
-                    numbers + 9 * count, NULL, NULL, NULL, vectors, vectors + 2};
+    hs_rows rows = {count,
+                    asperity,
+                    &totals,
+                    numbers,
+                    numbers + 10 * count,
+                    numbers + 2 * count,
+                    numbers + 3 * count,
+                    states,
+                    numbers + 4 * count,
+                    numbers + 5 * count,
+                    numbers + 6 * count,
+                    numbers + 7 * count,
+                    numbers + 8 * count,
+                    numbers + 9 * count,
+                    NULL,
+                    NULL,
+                    NULL,
+                    vectors,
+                    vectors + 2};
     for (int64_t i = 0; i < count; ++i) asperity[i] = i;
     require(hs_read(memory, &rows, 0) == HS_OK);
     hs_slopes_of(memory, 0.0);
@@ -37,18 +54,22 @@ static void read_all(const hs_state *memory) {
 /* New states, each by another step; what is refused is as welcome as what is not. */
 static void step_all(const hs_state *memory) {
     const hs_units *units = &memory->line.contact->units;
-    const hs_drive drives[] = {{1e-2, {0.0, 0.0}, 0, 1, NULL, NULL}, {1e-2, {1.0 / units->stiffness, 0.0}, 1, 1, NULL, NULL}};
-    double near = memory->line.approach * units->length, load = memory->line.normal_load * units->load;
-    double place = memory->line.displacement * units->displacement, force = memory->line.tangential_load * units->load;
+    const hs_drive drives[] = {{1e-2, {0.0, 0.0}, 0, 1, NULL, NULL},
+                               {1e-2, {1.0 / units->stiffness, 0.0}, 1, 1, NULL, NULL}};
+    double near = memory->line.approach * units->length,
+           load = memory->line.normal_load * units->load;
+    double place = memory->line.displacement * units->displacement,
+           force = memory->line.tangential_load * units->load;
     const double approaches[] = {NAN, 1.5 * near, 0.5 * near, -1e-9, near};
     const double loads[] = {NAN, fabs(1.01 * load), fabs(0.9 * load), 0.0, fabs(load)};
     const double places[] = {NAN, 2.0 * place + 1e-9, -place, 0.0, place};
     const double forces[] = {NAN, 0.5 * force, -force, 0.0, 2.0 * force};
     for (int k = 0; k < 40; ++k) {
         int by_load = k / 5 % 2, by_force = k / 10 % 2, from = k % 5, to = (k / 5 + k) % 5;
-        hs_state_free(hs_advance(memory, by_load ? HS_LOAD : HS_DISPLACED, by_load ? loads[from] : approaches[from],
-                                  by_force ? HS_LOAD : HS_DISPLACED, by_force ? forces[to] : places[to], drives + k / 20,
-                                  NULL));
+        hs_state_free(hs_advance(memory, by_load ? HS_LOAD : HS_DISPLACED,
+                                 by_load ? loads[from] : approaches[from],
+                                 by_force ? HS_LOAD : HS_DISPLACED,
+                                 by_force ? forces[to] : places[to], drives + k / 20, NULL));
     }
 }
 
@@ -68,11 +89,23 @@ static void change_all(hs_state *memory) {
     fresh[0] = 1;
     int status = hs_set_friction(memory, friction, &drive);
     if (status == HS_OK) status = hs_state_evolve(memory);
-    hs_path path = {0.0, 0.0, {0.9 * memory->line.displacement * memory->line.contact->units.displacement, 0.0}, {1.0, 0.0}, 1, 0,
-                    HS_DISPLACED, {HS_DISPLACED, HS_HELD}, 0, 0.0, 1.0};
-    if (status == HS_OK) status = hs_integrate(memory, &path, 1, NULL, &drive, 1.0, &evolution, &refusal);
+    hs_path path = {
+        0.0,
+        0.0,
+        {0.9 * memory->line.displacement * memory->line.contact->units.displacement, 0.0},
+        {1.0, 0.0},
+        1,
+        0,
+        HS_DISPLACED,
+        {HS_DISPLACED, HS_HELD},
+        0,
+        0.0,
+        1.0};
+    if (status == HS_OK)
+        status = hs_integrate(memory, &path, 1, NULL, &drive, 1.0, &evolution, &refusal);
     if (status == HS_OK) {
-        for (int64_t i = 0; i < count; ++i) friction[i] = fabs(memory->line.evolved->summit_radius[i]) + 1e-9;
+        for (int64_t i = 0; i < count; ++i)
+            friction[i] = fabs(memory->line.evolved->summit_radius[i]) + 1e-9;
         hs_set_summits(memory, memory->line.evolved->worn_volume, friction, fresh, &evolution);
     }
     free(friction);

@@ -1,8 +1,8 @@
-/* A loop over many contacts as a code of discrete elements has it: each contact keeps a history of fixed size, which is sent
- * from processor to processor, and the bound of what did not fit.
+/* A loop over many contacts as a code of discrete elements has it: each contact keeps a history of
+ * fixed size, which is sent from processor to processor, and the bound of what did not fit.
  *
- * Prints the largest tangential load, the largest error of it, and the largest bound [N]. Ends with 1 where an error is
- * beyond its bound, or where a history that fits is not kept to the bit. */
+ * Prints the largest tangential load, the largest error of it, and the largest bound [N]. Ends with
+ * 1 where an error is beyond its bound, or where a history that fits is not kept to the bit. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,12 +17,14 @@
 #define FRICTION 0.4
 #define RATIO 0.7 /* E* over 4 G* */
 
-/* What is stored with a contact. A vertex is needed for each reversal that is still remembered, for each bend of a path along
- * which the contact grows, for the deepest spring and for the edge: n reversals at a constant approach need n + 2. */
+/* What is stored with a contact. A vertex is needed for each reversal that is still remembered, for
+ * each bend of a path along which the contact grows, for the deepest spring and for the edge: n
+ * reversals at a constant approach need n + 2. */
 typedef struct history {
     hs_batch_vertex *vertex;
     int64_t depth;
-    double lost; /* bound of the error of the tangential load that leaving out has brought so far [N] */
+    double lost; /* bound of the error of the tangential load that leaving out has brought so far
+                    [N] */
 } history;
 
 static uint64_t seed = 88172645463325252u;
@@ -36,8 +38,10 @@ static double chance(void) {
 int main(int count, char **words) {
     int64_t room = count > 1 ? atol(words[1]) : 8;
     double friction = FRICTION, scale = 4.0 / 3.0 * 70e9 * sqrt(1e-3);
-    double *approach = (double *)malloc(6 * CONTACTS * sizeof(double)), *displacement = approach + CONTACTS;
-    double *normal = approach + 2 * CONTACTS, *tangential = approach + 3 * CONTACTS, *exact = approach + 4 * CONTACTS;
+    double *approach = (double *)malloc(6 * CONTACTS * sizeof(double)),
+           *displacement = approach + CONTACTS;
+    double *normal = approach + 2 * CONTACTS, *tangential = approach + 3 * CONTACTS,
+           *exact = approach + 4 * CONTACTS;
     double *ignored = approach + 5 * CONTACTS, largest = 0.0, error = 0.0, bound = 0.0;
     history *kept = (history *)calloc(CONTACTS, sizeof *kept);
     hs_batch *whole = hs_batch_new(CONTACTS, 1, &friction, 1, &scale, RATIO);
@@ -45,12 +49,14 @@ int main(int count, char **words) {
     int fails = 0;
     if (!approach || !kept || !whole || !here) return 2;
     for (int i = 0; i < CONTACTS; ++i) {
-        kept[i].vertex = (hs_batch_vertex *)malloc((size_t)(room > 1 ? room : 1) * sizeof(hs_batch_vertex));
+        kept[i].vertex =
+            (hs_batch_vertex *)malloc((size_t)(room > 1 ? room : 1) * sizeof(hs_batch_vertex));
         if (!kept[i].vertex) return 2;
     }
     for (int step = 0; step < STEPS; ++step) {
         for (int i = 0; i < CONTACTS; ++i) {
-            /* vibration that fades and comes again, on contacts that breathe, and some of which open */
+            /* vibration that fades and comes again, on contacts that breathe, and some of which
+             * open */
             double swing = 40e-9 * pow(0.97, step % 90) * (chance() < 0.5 ? 1.0 : 0.3 * chance());
             displacement[i] = swing * (2.0 * chance() - 1.0) * ((step & 1) ? 1.0 : -1.0);
             approach[i] = 100e-9 * (1.0 + 0.1 * (chance() < 0.1 ? 2.0 * chance() - 1.0 : 0.0));
@@ -74,7 +80,8 @@ int main(int count, char **words) {
             /* another processor takes over */
             hs_batch_free(here);
             here = hs_batch_new(CONTACTS, 1, &friction, 1, &scale, RATIO);
-            for (int i = 0; here && i < CONTACTS; ++i) fails |= hs_batch_put(here, i, kept[i].vertex, kept[i].depth) != HS_OK;
+            for (int i = 0; here && i < CONTACTS; ++i)
+                fails |= hs_batch_put(here, i, kept[i].vertex, kept[i].depth) != HS_OK;
             if (!here) return 2;
         }
     }

@@ -1,23 +1,29 @@
-/* A contact as a uniaxial material of a finite element code: trial, commit, revert, as in OpenSees' UniaxialMaterial.
+/* A contact as a uniaxial material of a finite element code: trial, commit, revert, as in OpenSees'
+ * UniaxialMaterial.
  *
- * A frame of stiffness K in parallel to the contact is pushed and pulled by Newton's method with the exact tangent. Prints for
- * each load step the displacement [m], the force of the contact [N], and how many trials it took. */
+ * A frame of stiffness K in parallel to the contact is pushed and pulled by Newton's method with
+ * the exact tangent. Prints for each load step the displacement [m], the force of the contact [N],
+ * and how many trials it took. */
 #include <math.h>
 #include <stdio.h>
 
 #include "historysim.h"
 
-/* Trials are made from the committed memory, however many there are: what is tried is not remembered. */
+/* Trials are made from the committed memory, however many there are: what is tried is not
+ * remembered. */
 typedef struct material {
     hs_state *committed;
     hs_state *trial;
     hs_drive drive;
 } material;
 
-static double stress_of(const hs_state *memory) { return memory->line.tangential_load * memory->line.contact->units.load; }
+static double stress_of(const hs_state *memory) {
+    return memory->line.tangential_load * memory->line.contact->units.load;
+}
 
 static int set_trial_strain(material *its, double displacement) {
-    hs_state *made = hs_advance(its->committed, HS_LOAD, NAN, HS_DISPLACED, displacement, &its->drive, NULL);
+    hs_state *made =
+        hs_advance(its->committed, HS_LOAD, NAN, HS_DISPLACED, displacement, &its->drive, NULL);
     if (!made) return -1;
     hs_state_free(its->trial);
     its->trial = made;
@@ -26,7 +32,8 @@ static int set_trial_strain(material *its, double displacement) {
 static double get_stress(const material *its) { return stress_of(its->trial); }
 static double get_tangent(const material *its) {
     const hs_contact *contact = its->committed->line.contact;
-    return hs_slopes_of(its->trial, its->committed->line.approach * contact->units.length).tangential;
+    return hs_slopes_of(its->trial, its->committed->line.approach * contact->units.length)
+        .tangential;
 }
 static int commit_state(material *its) {
     hs_state *kept = hs_state_copy(its->trial);
@@ -48,7 +55,8 @@ static int revert_to_last_commit(material *its) {
 
 int main(void) {
     /* a ball of silicon of 1 mm on glass, about; pressed with 50 mN */
-    const double height = 0.0, radius = 1e-3, friction = 0.2, forces[] = {12e-3, 45e-3, -10e-3, 9e-3, -45e-3, 45e-3, 0.0};
+    const double height = 0.0, radius = 1e-3, friction = 0.2,
+                 forces[] = {12e-3, 45e-3, -10e-3, 9e-3, -45e-3, 45e-3, 0.0};
     hs_contact *contact = hs_contact_new(1, &height, &radius, NULL, NULL, 50e9, 0.6);
     material its = {hs_state_new(contact, &friction), NULL, {1e-6, {0.0, 0.0}, 0, 1, NULL, NULL}};
     double place = 0.0;

@@ -2,8 +2,9 @@
  *
  *     planar_histories FIRST LAST STEPS
  *
- * walks the histories of the seeds from FIRST up to LAST, and prints of each its seed and a digest of its numbers: one
- * coefficient and two, loads, displacements and drives, lift-off, falls of friction, copies and bytes, coarse rings and fine. */
+ * walks the histories of the seeds from FIRST up to LAST, and prints of each its seed and a digest
+ * of its numbers: one coefficient and two, loads, displacements and drives, lift-off, falls of
+ * friction, copies and bytes, coarse rings and fine. */
 
 #include <math.h>
 #include <stdio.h>
@@ -26,7 +27,8 @@ static int one_of(int count) { return (int)uniform(0.0, count); }
 
 static void check(int holds, const char *what) {
     if (holds) return;
-    fprintf(stderr, "seed %llu, step %llu: %s\n", (unsigned long long)seed, (unsigned long long)step, what);
+    fprintf(stderr, "seed %llu, step %llu: %s\n", (unsigned long long)seed,
+            (unsigned long long)step, what);
     exit(1);
 }
 
@@ -102,8 +104,10 @@ static void look(history *h) {
         check(numbers[3][i] <= numbers[2][i] * (1.0 + 1e-9), "more sticks than touches");
     }
     check(hypot(load[0], load[1]) <= most * (1.0 + 1e-6) + 1e-12, "a load beyond the limit");
-    check(hypot(sum[0] - load[0], sum[1] - load[1]) <= 1e-9 * most + 1e-12, "loads of asperities are not the load");
-    check(fabs(lost - h->lost) <= 1e-4 * (h->lost + most) + 1e-12, "energies of asperities are not the energy");
+    check(hypot(sum[0] - load[0], sum[1] - load[1]) <= 1e-9 * most + 1e-12,
+          "loads of asperities are not the load");
+    check(fabs(lost - h->lost) <= 1e-4 * (h->lost + most) + 1e-12,
+          "energies of asperities are not the energy");
 }
 
 static void save_and_read(history *h) {
@@ -112,7 +116,8 @@ static void save_and_read(history *h) {
     const char *why = NULL;
     hs_state *again = NULL, *copy = hs_state_copy(h->state);
     check(bytes && copy && hs_state_write(h->state, bytes, size) == HS_OK, "it cannot be written");
-    check(hs_state_read(bytes, size, h->state, &again, &why) == HS_OK, why ? why : "it cannot be read again");
+    check(hs_state_read(bytes, size, h->state, &again, &why) == HS_OK,
+          why ? why : "it cannot be read again");
     bytes[one_of((int)size)] ^= (unsigned char)(1 << one_of(8));
     hs_state *damaged = NULL;
     check(hs_state_read(bytes, size, h->state, &damaged, &why) != HS_OK, "damaged bytes are read");
@@ -136,7 +141,8 @@ static void one_event(history *h) {
         for (int i = 0; i < h->count; ++i) h->friction[i] *= share;
         check(hs_set_friction(h->state, h->friction, &drive) == HS_OK, "friction is refused");
     }
-    if (kind == 2) check(hs_stiffness_matrix(h->state, towards, stiffness) == HS_OK, "it has no stiffness");
+    if (kind == 2)
+        check(hs_stiffness_matrix(h->state, towards, stiffness) == HS_OK, "it has no stiffness");
     path.parts = 1;
     path.begin = path.end = NAN;
     path.normal_control = one_of(2) ? HS_LOAD : HS_DISPLACED;

@@ -12,8 +12,9 @@
 #define INTEGRAL 2e10
 #define DERIVATIVE 1e3
 
-typedef int (*step_function)(hs_state *memory, int normal_control, double normal_target, int tangential_control,
-                             double tangential_target, const hs_drive *drive, hs_refusal *refusal);
+typedef int (*step_function)(hs_state *memory, int normal_control, double normal_target,
+                             int tangential_control, double tangential_target,
+                             const hs_drive *drive, hs_refusal *refusal);
 
 static double clipped(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
 
@@ -22,13 +23,16 @@ static double wanted(double seconds) {
     return 15e-9 * (clipped((phase - 0.2) / 0.02) - clipped((phase - 0.6) / 0.02));
 }
 
-/* Fill in place, force of the contact and of the motor (3, samples), and the work and kinetic energy at the end. */
-HS_API int controlled(step_function step, hs_state *memory, const hs_drive *drive, int64_t samples, double *record,
-                      double *energy) {
+/* Fill in place, force of the contact and of the motor (3, samples), and the work and kinetic
+ * energy at the end. */
+HS_API int controlled(step_function step, hs_state *memory, const hs_drive *drive, int64_t samples,
+                      double *record, double *energy) {
     const hs_units *units = &memory->line.contact->units;
-    double pause = SAMPLE / SUBSTEPS, place = 0.0, velocity = 0.0, integral = 0.0, work = 0.0, before = wanted(0.0);
+    double pause = SAMPLE / SUBSTEPS, place = 0.0, velocity = 0.0, integral = 0.0, work = 0.0,
+           before = wanted(0.0);
     double motor = 0.0;
-    int status = step(memory, HS_DISPLACED, memory->line.approach * units->length, HS_DISPLACED, 0.0, drive, 0);
+    int status = step(memory, HS_DISPLACED, memory->line.approach * units->length, HS_DISPLACED,
+                      0.0, drive, 0);
     for (int64_t sample = 0; sample < samples && status == HS_OK; ++sample) {
         double error = wanted((double)sample * SAMPLE) - place;
         integral += error * SAMPLE;

@@ -1,10 +1,12 @@
-/* Ramps of both loads over five summits of nanometres and three coefficients, held at the friction limit.
+/* Ramps of both loads over five summits of nanometres and three coefficients, held at the friction
+ * limit.
  *
  *     ramps FIRST LAST STEPS [PARTS]
  *
- * walks those of the seeds from FIRST to before LAST, and prints the chords of each. With parts, each ramp is walked once more
- * in so many, and in half as many, and printed is how far both displacements are from that of the whole ramp, over the
- * displacement at which the contact slides, and energies, over that of the ramp. Linked with --wrap=hs_solve_displacement_with. */
+ * walks those of the seeds from FIRST to before LAST, and prints the chords of each. With parts,
+ * each ramp is walked once more in so many, and in half as many, and printed is how far both
+ * displacements are from that of the whole ramp, over the displacement at which the contact slides,
+ * and energies, over that of the ramp. Linked with --wrap=hs_solve_displacement_with. */
 #include "displacement.h"
 
 #include <stdio.h>
@@ -15,9 +17,13 @@
 static uint64_t random_state;
 static long chords;
 
-int __real_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
-int __wrap_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
-int __wrap_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+int __real_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads,
+                                      hs_fronts *fronts, double d, hs_target target, double *found);
+int __wrap_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads,
+                                      hs_fronts *fronts, double d, hs_target target, double *found);
+int __wrap_hs_solve_displacement_with(hs_line *memory, const hs_group_loads *loads,
+                                      hs_fronts *fronts, double d, hs_target target,
+                                      double *found) {
     ++chords;
     return __real_hs_solve_displacement_with(memory, loads, fronts, d, target, found);
 }
@@ -29,13 +35,18 @@ static double between(double low, double high) { /* splitmix64 */
     return low + (high - low) * ((double)((z ^ (z >> 31)) >> 11) * 0x1p-53);
 }
 
-static void print_distance(const hs_state *start, const hs_state *whole, double normal, double tangential, int64_t parts) {
+static void print_distance(const hs_state *start, const hs_state *whole, double normal,
+                           double tangential, int64_t parts) {
     hs_state *other = hs_state_copy(start);
-    hs_path path = {normal, 1.0, {tangential, 0.0}, {1.0, 0.0}, parts, 0, HS_LOAD, {HS_LOAD, HS_HELD}, 0, NAN, NAN};
+    hs_path path = {normal, 1.0,     {tangential, 0.0},  {1.0, 0.0}, parts,
+                    0,      HS_LOAD, {HS_LOAD, HS_HELD}, 0,          NAN,
+                    NAN};
     hs_drive drive = {1e-6, {0.0, 0.0}, 1, 1, NULL, NULL};
     hs_refusal refusal;
-    double top = hs_max(start->line.approach, whole->line.approach) - whole->line.contact->sorted_gap[0];
-    double reach = hs_friction_range(&whole->line, HUGE_VAL).max * top, lost = whole->line.dissipated - start->line.dissipated;
+    double top =
+        hs_max(start->line.approach, whole->line.approach) - whole->line.contact->sorted_gap[0];
+    double reach = hs_friction_range(&whole->line, HUGE_VAL).max * top,
+           lost = whole->line.dissipated - start->line.dissipated;
     if (hs_integrate(other, &path, 1, NULL, &drive, 1.0, NULL, &refusal) != HS_OK) abort();
     printf(" %.3e %.3e", (whole->line.displacement - other->line.displacement) / reach,
            lost > 0.0 ? (whole->line.dissipated - other->line.dissipated) / lost : 0.0);
@@ -55,7 +66,8 @@ static hs_state *begun(double *heaviest, double *friction) {
         mu[i] = mu[group[i]];
         *friction += mu[i] / SUMMITS;
     }
-    hs_contact *contact = hs_contact_new(SUMMITS, height, radius, NULL, group, 50e9, between(0.25, 1.2));
+    hs_contact *contact =
+        hs_contact_new(SUMMITS, height, radius, NULL, group, 50e9, between(0.25, 1.2));
     hs_state *memory = hs_state_new(contact, mu), *pressed = hs_state_copy(memory);
     if (hs_step(pressed, HS_DISPLACED, 3.0 * rough, HS_LOAD, 0.0, &drive, NULL) != HS_OK) abort();
     *heaviest = pressed->line.normal_load * contact->units.load;
@@ -73,11 +85,16 @@ int main(int count, char **words) {
         double heaviest, friction;
         hs_state *memory = begun(&heaviest, &friction);
         for (int step = 0; step < atoi(words[3]); ++step) {
-            double normal = between(0.0, 1.0) < 0.1 ? 0.0 : between(0.0, 1.0) < 0.25 ? between(0.0, 1e-3) : between(0.0, 1.0);
-            double tangential = friction * (between(0.0, 1.0) < 0.3 ? between(-1.0, 1.0) : between(-1.5, 1.5) * normal);
+            double normal = between(0.0, 1.0) < 0.1    ? 0.0
+                            : between(0.0, 1.0) < 0.25 ? between(0.0, 1e-3)
+                                                       : between(0.0, 1.0);
+            double tangential = friction * (between(0.0, 1.0) < 0.3 ? between(-1.0, 1.0)
+                                                                    : between(-1.5, 1.5) * normal);
             hs_state *start = hs_state_copy(memory);
             chords = 0;
-            if (hs_step(memory, HS_LOAD, normal * heaviest, HS_LOAD, tangential * heaviest, &drive, NULL) != HS_OK) return 1;
+            if (hs_step(memory, HS_LOAD, normal * heaviest, HS_LOAD, tangential * heaviest, &drive,
+                        NULL) != HS_OK)
+                return 1;
             printf("%ld %d %ld", seed, step, chords);
             for (int64_t k = parts / 2; k > 0 && k <= parts; k *= 2)
                 print_distance(start, memory, normal * heaviest, tangential * heaviest, k);

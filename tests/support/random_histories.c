@@ -2,10 +2,11 @@
  *
  *     random_histories FIRST LAST STEPS [FOLDER]
  *
- * walks the histories of the seeds from FIRST to before LAST, each of so many steps, and prints of each its seed, whether its
- * friction calls pow, and a digest of all states' bytes and of all that was read from them. What has to hold after each step
- * is looked at: a state is sound, it survives its bytes and its copies, a refused path changes nothing, what is dissipated
- * does not fall. With a folder, the last state of each history is written to it. */
+ * walks the histories of the seeds from FIRST to before LAST, each of so many steps, and prints of
+ * each its seed, whether its friction calls pow, and a digest of all states' bytes and of all that
+ * was read from them. What has to hold after each step is looked at: a state is sound, it survives
+ * its bytes and its copies, a refused path changes nothing, what is dissipated does not fall. With
+ * a folder, the last state of each history is written to it. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,10 +15,10 @@
 
 #include "historysim.h"
 
-#define MOST 24   /* asperities */
-#define ROWS 12   /* of a walk */
-#define COPIES 4  /* that are kept beside the present state */
-#define MET 16    /* targets that are come back to */
+#define MOST 24  /* asperities */
+#define ROWS 12  /* of a walk */
+#define COPIES 4 /* that are kept beside the present state */
+#define MET 16   /* targets that are come back to */
 
 static uint64_t seed, step, random_state, digest;
 static const char *doing = "";
@@ -26,7 +27,8 @@ static const char *doing = "";
 
 static void require(int holds, const char *what) {
     if (holds) return;
-    fprintf(stderr, "seed %llu, step %llu, %s: %s\n", (unsigned long long)seed, (unsigned long long)step, doing, what);
+    fprintf(stderr, "seed %llu, step %llu, %s: %s\n", (unsigned long long)seed,
+            (unsigned long long)step, doing, what);
     abort();
 }
 
@@ -43,11 +45,14 @@ static uint64_t bits(void) { /* splitmix64 */
 }
 static int below(int count) { return (int)(bits() % (uint64_t)count); }
 static int one_in(int count) { return below(count) == 0; }
-static double between(double low, double high) { return low + (high - low) * ((double)(bits() >> 11) * 0x1p-53); }
+static double between(double low, double high) {
+    return low + (high - low) * ((double)(bits() >> 11) * 0x1p-53);
+}
 /* Powers of 10, by products alone. */
 static double magnitude(int low, int high) {
     double found = 1.0;
-    for (int k = low + below(high - low + 1); k; k += k < 0 ? 1 : -1) found = k < 0 ? found / 10.0 : found * 10.0;
+    for (int k = low + below(high - low + 1); k; k += k < 0 ? 1 : -1)
+        found = k < 0 ? found / 10.0 : found * 10.0;
     return found;
 }
 
@@ -77,12 +82,12 @@ static void require_alike(const hs_state *one, const hs_state *other, const char
 typedef struct history {
     int64_t count;
     int evolves, calls_pow;
-    int knots; /* a normal curve of knots in place of summits */
+    int knots;                              /* a normal curve of knots in place of summits */
     double height[MOST], radius[MOST], top; /* [m] */
     double modulus, reach, deepest;         /* [Pa], [m] of displacements and of approaches */
     double farthest;                        /* displacement so far, dimensionless */
     double heaviest;                        /* normal load at the deepest approach [N] */
-    double met[3][MET];                     /* loads, approaches and displacements that were targets */
+    double met[3][MET]; /* loads, approaches and displacements that were targets */
     double distance[3], coefficient[3], goal[MOST];
     hs_state *memory, *copy[COPIES];
     hs_evolution evolution;
@@ -100,13 +105,15 @@ static double limit_of(const hs_state *memory) {
 
 static int callers_law(void *user, const hs_loaded *loaded, double *friction) {
     for (int64_t i = 0; i < loaded->count; ++i)
-        friction[i] = 0.1 + 0.2 / (1.0 + loaded->normal_load[i] / (1e-3 * loaded->total_normal_load));
+        friction[i] =
+            0.1 + 0.2 / (1.0 + loaded->normal_load[i] / (1e-3 * loaded->total_normal_load));
     return one_in(*(int *)user);
 }
 
-static int callers_wear(void *user, int64_t count, const double *load, const double *slid, const double *energy,
-                        double *volume) {
-    for (int64_t i = 0; i < count; ++i) volume[i] = 1e-15 * load[i] * slid[i] + 1e-16 * fabs(energy[i]);
+static int callers_wear(void *user, int64_t count, const double *load, const double *slid,
+                        const double *energy, double *volume) {
+    for (int64_t i = 0; i < count; ++i)
+        volume[i] = 1e-15 * load[i] * slid[i] + 1e-16 * fabs(energy[i]);
     return one_in(*(int *)user);
 }
 static int rarely = 20000;
@@ -115,7 +122,8 @@ static void choose_evolution(history *h) {
     hs_law *law = &h->evolution.law;
     hs_wear *wear = &h->evolution.wear;
     static const int kinds[] = {HS_NO_LAW, HS_SHEAR_STRENGTH, HS_SLID_TABLE, HS_CALLERS_LAW};
-    static const int dependence[] = {HS_ON_NOTHING, HS_ON_OWN_LOAD, HS_ON_SLID_DISTANCE, HS_ON_OWN_LOAD};
+    static const int dependence[] = {HS_ON_NOTHING, HS_ON_OWN_LOAD, HS_ON_SLID_DISTANCE,
+                                     HS_ON_OWN_LOAD};
     int kind = below(4);
     memset(&h->evolution, 0, sizeof h->evolution);
     h->evolution.contact_modulus = h->modulus;
@@ -164,7 +172,8 @@ static void begin(history *h) {
     int64_t groups = kind < 4 ? 1 : kind < 6 ? 1 + below(3) : h->count;
     if (groups > h->count) groups = h->count;
     h->modulus = 1e9 * magnitude(0, 2);
-    double size = 1e-6 * magnitude(0, 3), rough = size * magnitude(-5, -1), ratio = between(0.25, 1.2);
+    double size = 1e-6 * magnitude(0, 3), rough = size * magnitude(-5, -1),
+           ratio = between(0.25, 1.2);
     for (int64_t g = 0; g < groups; ++g) each[g] = one_in(16) ? 0.0 : between(0.02, 0.9);
     h->top = -HUGE_VAL;
     for (int64_t i = 0; i < h->count; ++i) {
@@ -178,8 +187,11 @@ static void begin(history *h) {
     /* stiffnesses rise with the depth, all at once where two knots are at one place */
     if (h->knots)
         for (int64_t i = 0; i < h->count; ++i) {
-            h->height[i] = i == 0 ? rough : h->height[i - 1] - (one_in(5) ? 0.0 : between(0.0, 2.0 * rough / MOST));
-            stiffness[i] = (i == 0 ? 0.0 : stiffness[i - 1]) + h->modulus * size * (one_in(3) && i > 0 ? 0.0 : between(0.01, 1.0));
+            h->height[i] =
+                i == 0 ? rough
+                       : h->height[i - 1] - (one_in(5) ? 0.0 : between(0.0, 2.0 * rough / MOST));
+            stiffness[i] = (i == 0 ? 0.0 : stiffness[i - 1]) +
+                           h->modulus * size * (one_in(3) && i > 0 ? 0.0 : between(0.01, 1.0));
             h->top = rough;
         }
     hs_contact *contact = (hs_contact *)there(
@@ -191,7 +203,8 @@ static void begin(history *h) {
     h->reach = 0.5 * h->deepest * ratio;
     hs_state *pressed = (hs_state *)there(hs_state_copy(h->memory));
     choose_drive(h);
-    require(hs_step(pressed, HS_DISPLACED, h->deepest, HS_LOAD, 0.0, &h->drive, NULL) == HS_OK, "is not pressed");
+    require(hs_step(pressed, HS_DISPLACED, h->deepest, HS_LOAD, 0.0, &h->drive, NULL) == HS_OK,
+            "is not pressed");
     h->heaviest = pressed->line.normal_load * pressed->line.contact->units.load;
     hs_state_free(pressed);
     choose_evolution(h);
@@ -206,12 +219,22 @@ static void end(history *h) {
 static double target(history *h, int quantity, double least, double most, double present) {
     double *met = h->met[quantity], found;
     switch (below(8)) {
-    case 0: return NAN;
-    case 1: found = met[below(MET)]; break;
-    case 2: found = present; break;
-    case 3: found = present + (most - least) * magnitude(-9, -2) * (one_in(2) ? 1.0 : -1.0); break;
-    case 4: found = one_in(4) ? 0.0 : between(least, most); break;
-    default: found = between(least, most);
+    case 0:
+        return NAN;
+    case 1:
+        found = met[below(MET)];
+        break;
+    case 2:
+        found = present;
+        break;
+    case 3:
+        found = present + (most - least) * magnitude(-9, -2) * (one_in(2) ? 1.0 : -1.0);
+        break;
+    case 4:
+        found = one_in(4) ? 0.0 : between(least, most);
+        break;
+    default:
+        found = between(least, most);
     }
     met[below(MET)] = found;
     return found;
@@ -227,10 +250,12 @@ static void choose_goals(history *h, hs_path *path) {
     if (path->normal_control == HS_LOAD && path->tangential_control[0] == HS_LOAD && !one_in(4))
         path->normal_control = HS_DISPLACED;
     if (path->normal_control == HS_LOAD) {
-        path->normal_target = target(h, 0, 0.0, h->heaviest, h->memory->line.normal_load * units->load);
+        path->normal_target =
+            target(h, 0, 0.0, h->heaviest, h->memory->line.normal_load * units->load);
         if (path->normal_target < 0.0) path->normal_target = 0.0;
     } else {
-        path->normal_target = target(h, 1, -0.1 * h->deepest, h->deepest, h->memory->line.approach * units->length);
+        path->normal_target =
+            target(h, 1, -0.1 * h->deepest, h->deepest, h->memory->line.approach * units->length);
     }
     if (path->tangential_control[0] == HS_LOAD) {
         double limit = one_in(8) ? h->heaviest : limit_of(h->memory), far = one_in(4) ? 1.5 : 1.0;
@@ -239,13 +264,16 @@ static void choose_goals(history *h, hs_path *path) {
         if (one_in(8)) path->tangential_target[0] = one_in(2) ? 0.0 : NAN;
     } else {
         double stiffness = units->stiffness * sqrt(h->deepest / units->length);
-        double far = h->reach * (1.0 + h->drive.compliance[0] * stiffness) * (one_in(8) ? 10.0 : 1.0);
-        path->tangential_target[0] = target(h, 2, -far, far, h->memory->line.displacement * units->displacement);
+        double far =
+            h->reach * (1.0 + h->drive.compliance[0] * stiffness) * (one_in(8) ? 10.0 : 1.0);
+        path->tangential_target[0] =
+            target(h, 2, -far, far, h->memory->line.displacement * units->displacement);
     }
     path->normal_fraction = one_in(4) ? between(0.0, 1.0) : 1.0;
     path->tangential_fraction[0] = one_in(4) ? between(0.0, 1.0) : 1.0;
     if (isnan(path->normal_target)) path->normal_target = path->normal_fraction = 0.0;
-    if (isnan(path->tangential_target[0])) path->tangential_target[0] = path->tangential_fraction[0] = 0.0;
+    if (isnan(path->tangential_target[0]))
+        path->tangential_target[0] = path->tangential_fraction[0] = 0.0;
     path->parts = one_in(3) ? 1 + below(4) : 1;
     path->recorded = !one_in(4);
     path->begin = one_in(2) ? between(0.0, 1.0) : NAN;
@@ -254,10 +282,12 @@ static void choose_goals(history *h, hs_path *path) {
 
 /* ---- events ---- */
 
-static int stepped(hs_state *memory, const hs_path *path, const hs_drive *drive, hs_refusal *refusal) {
-    return hs_step(memory, path->normal_control, path->normal_fraction == 0.0 ? NAN : path->normal_target,
-                   path->tangential_control[0], path->tangential_fraction[0] == 0.0 ? NAN : path->tangential_target[0], drive,
-                   refusal);
+static int stepped(hs_state *memory, const hs_path *path, const hs_drive *drive,
+                   hs_refusal *refusal) {
+    return hs_step(
+        memory, path->normal_control, path->normal_fraction == 0.0 ? NAN : path->normal_target,
+        path->tangential_control[0],
+        path->tangential_fraction[0] == 0.0 ? NAN : path->tangential_target[0], drive, refusal);
 }
 
 static void do_step(history *h) {
@@ -276,9 +306,10 @@ static void do_step(history *h) {
         require(fabs(refusal.request) > refusal.limit, "a load within the limit is refused");
         require_alike(start, h->memory, "a refused path changes the state");
     }
-    hs_state *after = hs_advance(start, path.normal_control, path.normal_fraction == 0.0 ? NAN : path.normal_target,
-                                  path.tangential_control[0],
-                                  path.tangential_fraction[0] == 0.0 ? NAN : path.tangential_target[0], &h->drive, NULL);
+    hs_state *after = hs_advance(
+        start, path.normal_control, path.normal_fraction == 0.0 ? NAN : path.normal_target,
+        path.tangential_control[0],
+        path.tangential_fraction[0] == 0.0 ? NAN : path.tangential_target[0], &h->drive, NULL);
     require((after != NULL) == (status == HS_OK), "a new state is refused what a step is not");
     if (after) require_alike(after, h->memory, "a new state is another than that of a step");
     hs_state_free(start);
@@ -292,7 +323,8 @@ static void do_spiral(history *h) {
     doing = "spiral";
     for (int k = 50 + below(200); k > 0; --k, sign = -sign) {
         size *= 0.99;
-        hs_state *next = (hs_state *)there(hs_advance(h->memory, HS_LOAD, NAN, HS_DISPLACED, sign * size, &drive, NULL));
+        hs_state *next = (hs_state *)there(
+            hs_advance(h->memory, HS_LOAD, NAN, HS_DISPLACED, sign * size, &drive, NULL));
         int kept = below(8);
         if (kept < COPIES) {
             hs_state *other = h->copy[kept];
@@ -322,7 +354,8 @@ static void do_set_friction(history *h) {
 /* Arrays of rows for some asperities, each as long as it says. */
 static hs_rows new_rows(int64_t *asperity, int64_t count, int64_t rows) {
     hs_rows made;
-    double **each[] = {&made.normal_load, &made.tangential_load, &made.contact_radius, &made.stick_radius};
+    double **each[] = {&made.normal_load, &made.tangential_load, &made.contact_radius,
+                       &made.stick_radius};
     double **more[] = {&made.dissipated_energy, &made.friction,      &made.slid_distance,
                        &made.worn_volume,       &made.summit_height, &made.summit_radius};
     memset(&made, 0, sizeof made);
@@ -332,7 +365,8 @@ static hs_rows new_rows(int64_t *asperity, int64_t count, int64_t rows) {
     made.totals = (hs_totals *)there(calloc((size_t)rows + 1, sizeof *made.totals));
     size_t size = (size_t)(rows * made.columns);
     int projects = !one_in(4);
-    for (int k = 0; k < 4 && projects; ++k) *each[k] = (double *)there(calloc(size + 1, sizeof(double)));
+    for (int k = 0; k < 4 && projects; ++k)
+        *each[k] = (double *)there(calloc(size + 1, sizeof(double)));
     if (projects) made.slip_state = (int8_t *)there(calloc(size + 1, 1));
     for (int k = 0; k < 6; ++k)
         if (!one_in(4)) *more[k] = (double *)there(calloc(size + 1, sizeof(double)));
@@ -341,8 +375,10 @@ static hs_rows new_rows(int64_t *asperity, int64_t count, int64_t rows) {
 
 static void note_rows(hs_rows *rows, int64_t count) {
     size_t size = (size_t)(count * rows->columns);
-    double *each[] = {rows->normal_load,   rows->tangential_load, rows->contact_radius, rows->stick_radius, rows->dissipated_energy,
-                      rows->friction,      rows->slid_distance,   rows->worn_volume,    rows->summit_height, rows->summit_radius};
+    double *each[] = {rows->normal_load,   rows->tangential_load,   rows->contact_radius,
+                      rows->stick_radius,  rows->dissipated_energy, rows->friction,
+                      rows->slid_distance, rows->worn_volume,       rows->summit_height,
+                      rows->summit_radius};
     note(rows->totals, (size_t)count * sizeof *rows->totals);
     for (int k = 0; k < 10; ++k)
         if (each[k]) note(each[k], size * sizeof(double));
@@ -352,7 +388,8 @@ static void note_rows(hs_rows *rows, int64_t count) {
     free(rows->slip_state);
 }
 
-/* Walk some paths, of which rows are recorded; where one is refused, the history goes on from the start. */
+/* Walk some paths, of which rows are recorded; where one is refused, the history goes on from the
+ * start. */
 static void do_walk(history *h, int evolving) {
     hs_path paths[3];
     int64_t count = 1 + below(3), rows = 0, asperity[MOST];
@@ -377,8 +414,10 @@ static void do_walk(history *h, int evolving) {
     hs_rows recorded = new_rows(asperity, h->count, rows);
     const hs_rows *handed = one_in(4) ? NULL : &recorded;
     double until = one_in(6) ? between(0.1, 1.0) : 1.0;
-    int status = hs_integrate(walked, paths, count, handed, &h->drive, until, evolving ? &h->evolution : NULL, &refusal);
-    require(status == HS_OK || status == HS_BEYOND_LIMIT || (evolving && status == HS_LAW_FAILED), "fails");
+    int status = hs_integrate(walked, paths, count, handed, &h->drive, until,
+                              evolving ? &h->evolution : NULL, &refusal);
+    require(status == HS_OK || status == HS_BEYOND_LIMIT || (evolving && status == HS_LAW_FAILED),
+            "fails");
     note_rows(&recorded, rows);
     hs_state_free(status == HS_OK ? h->memory : walked);
     if (status == HS_OK) h->memory = walked;
@@ -393,11 +432,13 @@ static int worn_out(const history *h) {
     return 0;
 }
 
-/* Give some asperities other summits, all of them those of the beginning where they are worn out. */
+/* Give some asperities other summits, all of them those of the beginning where they are worn out.
+ */
 static void do_summits(history *h) {
     int replaced = worn_out(h);
     uint8_t fresh[MOST];
-    double height[MOST], radius[MOST], load = h->memory->line.normal_load * h->memory->line.contact->units.load;
+    double height[MOST], radius[MOST],
+        load = h->memory->line.normal_load * h->memory->line.contact->units.load;
     doing = "summits";
     h->evolution.goal = NULL;
     memcpy(height, h->memory->line.evolved->summit_height, (size_t)h->count * sizeof *height);
@@ -412,7 +453,8 @@ static void do_summits(history *h) {
     require(status == HS_OK || status == HS_LAW_FAILED, "fails");
     const char *wrong = hs_state_check(h->memory);
     require(!wrong, wrong ? wrong : "");
-    hs_path back = {load, 1.0, {0.0, 0.0}, {0.0, 0.0}, 1, 0, HS_LOAD, {HS_DISPLACED, HS_HELD}, 0, NAN, NAN};
+    hs_path back = {load, 1.0, {0.0, 0.0}, {0.0, 0.0}, 1, 0, HS_LOAD, {HS_DISPLACED, HS_HELD},
+                    0,    NAN, NAN};
     hs_refusal refusal;
     hs_drive drive = {1e-3, {0.0, 0.0}, 1, 1, NULL, NULL};
     status = hs_integrate(h->memory, &back, 1, NULL, &drive, 1.0, &h->evolution, &refusal);
@@ -428,9 +470,10 @@ static void do_read(history *h) {
     require(hs_read(memory, &rows, 0) == HS_OK, "fails");
     note_rows(&rows, 1);
     hs_slopes slopes = hs_slopes_of(memory, h->deepest * between(0.0, 1.0));
-    double numbers[] = {slopes.tangential,           slopes.coupling,          slopes.normal,
-                        hs_stiffness(memory, -1),    hs_stiffness(memory, 0),  hs_stiffness(memory, 1),
-                        hs_normal_stiffness(memory), hs_stored_energy(memory), (double)hs_contact_count(memory)};
+    double numbers[] = {
+        slopes.tangential,           slopes.coupling,          slopes.normal,
+        hs_stiffness(memory, -1),    hs_stiffness(memory, 0),  hs_stiffness(memory, 1),
+        hs_normal_stiffness(memory), hs_stored_energy(memory), (double)hs_contact_count(memory)};
     note(numbers, sizeof numbers);
     for (int64_t i = 0; i < h->count; ++i) {
         hs_state *one = (hs_state *)there(hs_state_of_one(memory, i));
@@ -469,8 +512,10 @@ static void do_bytes(history *h) {
     h->memory = again;
     /* one bit more or less is no state */
     bytes[bits() % size] ^= (unsigned char)(1 << below(8));
-    require(hs_state_read(bytes, size, NULL, &again, &why) == HS_NOT_A_STATE && why, "damage is not seen");
-    require(hs_state_read(bytes, bits() % size, NULL, &again, &why) == HS_NOT_A_STATE && why, "a cut is not seen");
+    require(hs_state_read(bytes, size, NULL, &again, &why) == HS_NOT_A_STATE && why,
+            "damage is not seen");
+    require(hs_state_read(bytes, bits() % size, NULL, &again, &why) == HS_NOT_A_STATE && why,
+            "a cut is not seen");
     free(bytes);
 }
 
@@ -495,10 +540,10 @@ static void do_patches(history *h) {
     hs_rows elements, rows;
     memset(&elements, 0, sizeof elements);
     memset(&rows, 0, sizeof rows);
-    double **each[] = {&elements.normal_load, &elements.tangential_load, &elements.contact_radius, &elements.stick_radius,
-                       &elements.dissipated_energy};
-    double **target[] = {&rows.normal_load, &rows.tangential_load, &rows.contact_radius, &rows.stick_radius,
-                         &rows.dissipated_energy};
+    double **each[] = {&elements.normal_load, &elements.tangential_load, &elements.contact_radius,
+                       &elements.stick_radius, &elements.dissipated_energy};
+    double **target[] = {&rows.normal_load, &rows.tangential_load, &rows.contact_radius,
+                         &rows.stick_radius, &rows.dissipated_energy};
     for (size_t k = 0; k < 5; ++k) {
         *each[k] = numbers + k * size;
         *target[k] = numbers + k * size + 2 * n;
@@ -516,7 +561,9 @@ static void do_patches(history *h) {
         stick[k] = at[k] * between(0.0, 1.0);
     }
     hs_patches patches = {PATCHES, TABLE, row, gain, approach, area, touch};
-    require(hs_record_patches(&patches, &elements, 2, at, stick, h->memory->line.friction[0], &rows) == HS_OK, "fails");
+    require(hs_record_patches(&patches, &elements, 2, at, stick, h->memory->line.friction[0],
+                              &rows) == HS_OK,
+            "fails");
     note(numbers, 5 * size * sizeof *numbers);
     note(states, size);
     free(numbers);
@@ -526,14 +573,16 @@ static void do_patches(history *h) {
 /* A batch, beside memories of one asperity each. */
 static void do_batch(void) {
     enum { CONTACTS = 7 };
-    double friction[CONTACTS], scale[CONTACTS], d[CONTACTS], u[CONTACTS], normal[CONTACTS], force[CONTACTS];
+    double friction[CONTACTS], scale[CONTACTS], d[CONTACTS], u[CONTACTS], normal[CONTACTS],
+        force[CONTACTS];
     int each = one_in(2);
     doing = "batch";
     for (int i = 0; i < CONTACTS; ++i) {
         friction[i] = one_in(9) ? 0.0 : between(0.1, 0.8);
         scale[i] = between(1.0, 2.0);
     }
-    hs_batch *batch = (hs_batch *)there(hs_batch_new(CONTACTS, each ? CONTACTS : 1, friction, each ? CONTACTS : 1, scale, 0.5));
+    hs_batch *batch = (hs_batch *)there(
+        hs_batch_new(CONTACTS, each ? CONTACTS : 1, friction, each ? CONTACTS : 1, scale, 0.5));
     double shrink = 1.0;
     for (int k = 5 + below(60); k > 0; --k) {
         shrink *= 0.97;
@@ -546,7 +595,8 @@ static void do_batch(void) {
         note(normal, sizeof normal);
         note(force, sizeof force);
         for (int i = 0; i < CONTACTS; ++i)
-            require(fabs(force[i]) <= friction[each ? i : 0] * normal[i] * (1.0 + 1e-9), "a load is beyond the limit");
+            require(fabs(force[i]) <= friction[each ? i : 0] * normal[i] * (1.0 + 1e-9),
+                    "a load is beyond the limit");
         if (!one_in(10)) continue;
         hs_batch *copy = (hs_batch *)there(hs_batch_copy(batch));
         hs_batch_free(batch);
@@ -555,8 +605,8 @@ static void do_batch(void) {
     hs_batch_free(batch);
 }
 
-/* Look whether a memory is sound: of each group the vertices begin where it touches, and lie on lines of their slopes, but for
- * what was rounded at the largest displacements. */
+/* Look whether a memory is sound: of each group the vertices begin where it touches, and lie on
+ * lines of their slopes, but for what was rounded at the largest displacements. */
 static void require_sound(history *h) {
     const hs_state *memory = h->memory;
     const hs_contact *contact = memory->line.contact;
@@ -577,8 +627,10 @@ static void require_sound(history *h) {
         for (int64_t j = 1; j < memory->line.depth[g]; ++j)
             if (fabs(stack[j].slope) > steepest) steepest = fabs(stack[j].slope);
         for (int64_t j = 1; j < memory->line.depth[g]; ++j) {
-            double rise = stack[j].anchor - stack[j - 1].anchor, width = stack[j].label - stack[j - 1].label;
-            require(fabs(rise - stack[j].slope * width) <= rounded + 1e-14 * steepest * stack[j].label,
+            double rise = stack[j].anchor - stack[j - 1].anchor,
+                   width = stack[j].label - stack[j - 1].label;
+            require(fabs(rise - stack[j].slope * width) <=
+                        rounded + 1e-14 * steepest * stack[j].label,
                     "anchors are off their slopes");
         }
     }
@@ -641,7 +693,8 @@ int main(int count, char **words) {
         step = 0;
         begin(&h);
         for (step = 1; step <= steps; ++step) one_event(&h);
-        printf("%llu %s %016llx\n", (unsigned long long)seed, h.calls_pow ? "pow" : "exact", (unsigned long long)digest);
+        printf("%llu %s %016llx\n", (unsigned long long)seed, h.calls_pow ? "pow" : "exact",
+               (unsigned long long)digest);
         if (count > 4) save(&h, words[4]);
         end(&h);
     }

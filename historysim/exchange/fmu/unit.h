@@ -1,15 +1,18 @@
-/* One contact as a unit of co-simulation, apart from the version of the standard by which it is called (fmi2.c, fmi3.c).
+/* One contact as a unit of co-simulation, apart from the version of the standard by which it is
+ * called (fmi2.c, fmi3.c).
  *
- * Inputs are where the next step goes: `hs_unit_step` carries the contact straight there, in one exact update of the
- * memory. Outputs are those of the end of the last step. All numbers are SI. */
+ * Inputs are where the next step goes: `hs_unit_step` carries the contact straight there, in one
+ * exact update of the memory. Outputs are those of the end of the last step. All numbers are SI. */
 #ifndef HS_UNIT_H
 #define HS_UNIT_H
 
 #include "historysim.h"
-/* what is particular to the contact: controls, instrument, references of variables; written with the unit */
+/* what is particular to the contact: controls, instrument, references of variables; written with
+ * the unit */
 #include "model.h"
 
-/* at most: of the normal channel, and of each tangential direction; they have the references 0, 1, … */
+/* at most: of the normal channel, and of each tangential direction; they have the references 0, 1,
+ * … */
 #define MOST_INPUTS 3
 
 enum hs_mode { HS_INSTANTIATED, HS_INITIALIZING, HS_STEPPING, HS_TERMINATED };
@@ -19,26 +22,27 @@ typedef struct hs_moment {
     hs_state *state;
     double input[MOST_INPUTS]; /* where the channels go */
     double rate[MOST_INPUTS];  /* how fast the inputs change in the next step, per s */
-    double factor;    /* on the friction coefficients of the start */
-    double beginning; /* approach at which the last step began [m] */
-    double way[2];    /* where the contact went in it, in two directions */
-    double time;      /* [s] */
-    int64_t mode;     /* hs_mode */
+    double factor;             /* on the friction coefficients of the start */
+    double beginning;          /* approach at which the last step began [m] */
+    double way[2];             /* where the contact went in it, in two directions */
+    double time;               /* [s] */
+    int64_t mode;              /* hs_mode */
 } hs_moment;
 
 typedef struct hs_unit {
     hs_moment now;
-    hs_state *start;   /* never changed */
-    int directions;    /* tangential ones */
-    double *friction;  /* (asperity) coefficients at the start, then room for as many */
+    hs_state *start;  /* never changed */
+    int directions;   /* tangential ones */
+    double *friction; /* (asperity) coefficients at the start, then room for as many */
     hs_drive drive;
-    double *table;     /* resources/curve.bin, NULL for independent asperities; see `hs_unit_new` */
+    double *table; /* resources/curve.bin, NULL for independent asperities; see `hs_unit_new` */
     int64_t rows, patches;
     double *numbers;   /* what `slipping_share` reads rows into; NULL before it is asked for */
     char message[400]; /* why something was refused last */
 } hs_unit;
 
-/* Make a unit in its start state from the files in a folder of resources; NULL, with a message, where they cannot be read. */
+/* Make a unit in its start state from the files in a folder of resources; NULL, with a message,
+ * where they cannot be read. */
 hs_unit *hs_unit_new(const char *resources, char *message, size_t size);
 void hs_unit_free(hs_unit *unit);
 /* Go back to the start. */
