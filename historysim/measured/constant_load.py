@@ -41,7 +41,9 @@ def at_one_load(
     is at no one load.
     """
     none = np.zeros((number.size, 2), dtype=np.bool_)
-    if trace.normal_load is None:
+    load = trace.normal_load
+    # within the share on the whole record, and so on each branch
+    if load is None or np.ptp(load) <= share * load.min():
         return AtOneLoad(number, ends, none, none)
     branches = [loop[branch : branch + 2] for loop in ends for branch in (0, 1)] + (
         [lone] if lone else []

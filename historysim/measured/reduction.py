@@ -120,11 +120,13 @@ def estimate_white_noise(values: ArrayLike) -> float:
         return 0.0
     # a second difference adds up the variances 1 + 4 + 1; turning points do not count in a median
     white = deviation_by_median(np.diff(samples, 2), 6)
+    if white > 0:
+        return white
     steps = np.abs(np.diff(samples))
-    if white == 0 and np.median(steps) == 0 and steps.any():
+    if np.median(steps) == 0 and steps.any():
         # the last digit is mostly constant: its rounding is the noise
         return float(steps[steps > 0].min()) / math.sqrt(12)
-    return white
+    return 0.0
 
 
 def noise_of_curve(values: Floats) -> float:

@@ -19,7 +19,7 @@ from historysim.contact.adhesion import (
 from historysim.errors import InputError, LoadError
 from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, escape_math
+from historysim.results.plots.style import FAINT, INK, LINES, Look, escape_math
 
 # By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts.
 Contacts = Mapping[str, tuple[float, float]]
@@ -102,7 +102,7 @@ class AdhesionMapPicture(Panel):
             look |= {"marker": marker if load > 0 else "v", "clip_on": False}
             items.append(Curve([parameter], [at], name, look))
         axes = {"xscale": "log", "yscale": "log", "xlim": xlim, "ylim": ylim}
-        labels: dict[str, Any] = {
+        labels: Look = {
             "x": r"Maugis parameter $\lambda$",
             "y": r"load parameter $N/(\pi W R)$",
         }
@@ -160,7 +160,7 @@ def _zones(left: float, right: float, bottom: float, top: float) -> list[Item]:
             "label": f"_{zone}",
         }
         items.append(Shape("fill_between", (x, lower, upper), fill))
-    line: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
+    line: Look = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
     between = dmt & (below_rigid < hertz)
     # on a logarithmic axis the line ends at the lower edge of the picture, not above it
     visible = between & (np.maximum(below_rigid, np.roll(below_rigid, 1)) > bottom)

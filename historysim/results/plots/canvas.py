@@ -13,7 +13,7 @@ import attrs
 from historysim.basics.wording import join_words
 from historysim.errors import InputError
 from historysim.results.plots.chart import AROUND, Chart, Sheet
-from historysim.results.plots.style import STYLE, escape_math
+from historysim.results.plots.style import STYLE, Look, escape_math
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -161,7 +161,7 @@ class Canvas:
             for axes in self.figure.axes
             if axes not in self.existing_axes and axes.get_legend() is None
         ]
-        entries: dict[str, Any] = {}
+        entries: Look = {}
         for axes in panels if self.target_axes is None else [self.target_axes]:
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
                 entries.setdefault(label, handle)
@@ -176,7 +176,7 @@ class Canvas:
             return
         letters = int(self.width / LETTER) - 6
         names = [name if "$" in name else textwrap.fill(name, letters) for name in entries]
-        look: dict[str, Any] = {
+        look: Look = {
             "columnspacing": 1.6,
             "handlelength": 1.8,
             "title": title,

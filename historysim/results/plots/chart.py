@@ -14,6 +14,7 @@ from historysim.results.plots.style import (
     LABEL_ABOVE,
     STATE_COLOURS,
     STATES,
+    Look,
     line_colours,
 )
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-Look = Mapping[str, Any]  # properties of an artist of matplotlib
 Extent = tuple[float, float, float, float]  # ends of a map: left, right, bottom and top
 MOST_COLOURS = 256  # pieces of one colour in a coloured line
 MANY_POINTS = 2_000  # points from which on a line is embedded as pixels
@@ -54,13 +54,13 @@ class Curve:
         """Draw the line, or error bars."""
         if self.hue is not None:
             return self._draw_coloured(axes)
-        look: dict[str, Any] = {
+        look: Look = {
             "label": self.label or None,
             "rasterized": np.size(self.x) > MANY_POINTS,
         }
         look |= self.look
         if self.errors:
-            look = {"capsize": 2, "elinewidth": 0.8} | dict(self.errors) | look
+            look = Look(capsize=2, elinewidth=0.8) | self.errors | look
             artists: Iterable[Artist] = axes.errorbar(self.x, self.y, **look).get_children()
         else:
             artists = axes.plot(self.x, self.y, **look)
@@ -85,7 +85,7 @@ class Curve:
             "linewidth": 1.0,
             "rasterized": True,
             "capstyle": "round",
-        } | dict(self.look)
+        } | self.look
         limits = look.pop("clim", None)
         lines = LineCollection(pieces, array=hue[ends[1:]], **look)
         lines.set_clim(limits)
@@ -129,10 +129,10 @@ class Note:
     def draw(self, axes: "Axes") -> Any:
         """Write the string, on the side to which the offset points."""
         x, y = self.offset
-        look: dict[str, Any] = {"fontsize": 7.5, "zorder": 6, "textcoords": "offset points"}
+        look: Look = {"fontsize": 7.5, "zorder": 6, "textcoords": "offset points"}
         look |= {"ha": "left" if x > 0 else "right" if x < 0 else "center"}
         look |= {"va": "bottom" if y > 0 else "top" if y < 0 else "center"}
-        return axes.annotate(self.text, self.at, self.offset, **look | dict(self.look))
+        return axes.annotate(self.text, self.at, self.offset, **look | self.look)
 
 
 @attrs.frozen(eq=False)
@@ -198,8 +198,8 @@ class Chart:
         artists = [item.draw(axes) for item in self.items]
         if self.margins is not None:
             axes.margins(*self.margins)
-        axes.set(**{"xlabel": self.x, "ylabel": self.y} | dict(self.axes))
-        small: dict[str, Any] = {"fontsize": 7, "fontweight": "normal"}
+        axes.set(**{"xlabel": self.x, "ylabel": self.y} | self.axes)
+        small: Look = {"fontsize": 7, "fontweight": "normal"}
         axes.set_title(self.title, **small if "\n" in self.title else {})
         if self.log:
             from historysim.results.plots.ticks import set_log_scale

@@ -1,7 +1,6 @@
 """Pictures of the contact at a step: summits, or zones of a map with interacting asperities."""
 
 from functools import partial
-from typing import Any
 
 import attrs
 import numpy as np
@@ -16,7 +15,7 @@ from historysim.results.analysis.slips import representative_step, slipping_area
 from historysim.results.plots.canvas import TWO_COLUMNS, Size
 from historysim.results.plots.chart import Chart, Extent, Map, Sheet, state_keys
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import DIVERGING, STATE_COLOURS
+from historysim.results.plots.style import DIVERGING, STATE_COLOURS, Look
 from historysim.results.plots.surfaces import (
     load_surface,
     read_contact,
@@ -109,7 +108,7 @@ def _solved_sheet(origin: ReplaySource, state: State, at: float) -> Sheet:
     pixel = tuple(float(side / count) for side, count in zip(map_sides(origin), shape, strict=True))
     fields = compute_point_maps(origin, state)
     extent = _extent(origin)
-    options: dict[str, Any] = {"share": "map", "x": "$x$ (m)", "y": "$y$ (m)", "height": 38.0}
+    options: Look = {"share": "map", "x": "$x$ (m)", "y": "$y$ (m)", "height": 38.0}
     zones = {
         "whole map": _zone(origin, state),
         "independent summits": _independent(origin, at, shape, pixel),

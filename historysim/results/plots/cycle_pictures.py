@@ -11,13 +11,13 @@ from historysim.results.analysis.cycle_counting import cycles
 from historysim.results.plots.canvas import TWO_COLUMNS, Size
 from historysim.results.plots.chart import Chart, Curve, Item, Sheet
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import STATE_COLOURS
+from historysim.results.plots.style import STATE_COLOURS, Look
 
 DECADES = 30.0  # largest over smallest number from which on an axis is logarithmic
 RANGE = "range of the displacement $\\Delta U$ (m)"
-MARKS: dict[str, Any] = {"linestyle": "", "markersize": 4.5, "clip_on": False, "zorder": 3}
-CLOSED: dict[str, Any] = {"color": STATE_COLOURS[1]}
-RESIDUE: dict[str, Any] = {"color": STATE_COLOURS[2]}
+MARKS: Look = {"linestyle": "", "markersize": 4.5, "clip_on": False, "zorder": 3}
+CLOSED: Look = {"color": STATE_COLOURS[1]}
+RESIDUE: Look = {"color": STATE_COLOURS[2]}
 
 
 @PICTURES.register
@@ -70,7 +70,7 @@ class CyclesPicture(Picture):
         return Sheet(charts, wide="ET", narrow="E;T", note=note)
 
 
-def _style(is_closed: bool) -> tuple[dict[str, Any], dict[str, Any]]:
+def _style(is_closed: bool) -> tuple[Look, Look]:
     """Return the looks of marks and lines; they differ in grey print, too."""
     if is_closed:
         return {"marker": "o", **CLOSED}, {"linewidth": 1.3, **CLOSED}

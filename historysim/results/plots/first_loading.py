@@ -27,6 +27,7 @@ from historysim.results.plots.style import (
     LINES,
     MARK,
     STATE_COLOURS,
+    Look,
     format_unit,
     line_style,
     select_steps,
@@ -40,8 +41,8 @@ CURVES = {
     "normal_stiffness": r"stiffness $\mathrm{d}N/\mathrm{d}\delta$",
 }
 MOST_WORN = 8  # asperities with a separate line: those with the greatest wear
-THEORY: dict[str, Any] = {"color": LINES[1][0], "linestyle": "--"}
-BLUE: dict[str, Any] = {"color": LINES[0][0]}
+THEORY: Look = {"color": LINES[1][0], "linestyle": "--"}
+BLUE: Look = {"color": LINES[0][0]}
 
 
 @PICTURES.register
@@ -142,7 +143,7 @@ def wear_chart(history: xr.Dataset) -> Chart:
     for number, column in enumerate(selected):
         name = f"asperity {int(history['asperity'][column])}"
         items.append(Curve(time, worn[:, column], name, line_style(number, selected.size)))
-    labels: dict[str, Any] = {"title": "Wear", "x": "time (s)", "y": "worn volume (m³)"}
+    labels: Look = {"title": "Wear", "x": "time (s)", "y": "worn volume (m³)"}
     return Chart(items=items, margins=(0.01, 0.05), axes={"ylim": (0, None)}, **labels)
 
 
@@ -212,7 +213,7 @@ class YieldingPicture(Picture):
                     for values in pieces
                 )
                 items.append(Curve(x, y, name, look))
-        labels: dict[str, Any] = {"title": "First loading, unloading", "y": "normal load $N$ (N)"}
+        labels: Look = {"title": "First loading, unloading", "y": "normal load $N$ (N)"}
         load = Chart(items=items, x="approach of the highest summit (m)", **labels)
         yielded = data["yielding_load"].isel(step=-1).values > 0
         return Sheet(

@@ -26,6 +26,7 @@ from historysim.results.plots.style import (
     LINES,
     LOOP_AXES,
     MOST_LINES,
+    Look,
     line_style,
     select_steps,
     thin_history,
@@ -38,7 +39,7 @@ LOOP = ("total_tangential_load", "tangential_displacement")  # variables of a lo
 # quantities shown by colour
 COLOURS = {"time": "time (s)", "slip": "slipping fraction of the contact area"}
 END = "end of pre-sliding"  # the group of the marks of δ
-MARK: dict[str, Any] = {
+MARK: Look = {
     "marker": "o",
     "ms": 3.6,
     "mfc": "white",
@@ -206,9 +207,7 @@ class LoopsPicture(Panel):
         names = self.resolve_labels(names, "lines")
         return [attrs.evolve(cell, label=name) for cell, name in zip(cells, names, strict=False)]
 
-    def _loop(
-        self, loop: "Cell", style: dict[str, Any], ends: list[tuple[float, float]]
-    ) -> list[Item]:
+    def _loop(self, loop: "Cell", style: Look, ends: list[tuple[float, float]]) -> list[Item]:
         """Return a loop over the contact and the drive, with its δ, which is added to `ends`."""
         area, work = _shade(loop, style["color"]) if self.work else ([], "")
         items = area
@@ -243,7 +242,7 @@ class LoopsPicture(Panel):
 def _band_of_pasts(thin: xr.Dataset) -> list[Item]:
     """Return the band between the bounds of an unknown past, of loads or of displacements; empty if it is known."""
     displacement, load = (thin[name].values for name in reversed(LOOP))
-    look: dict[str, Any] = {
+    look: Look = {
         "color": FAINT,
         "alpha": 0.3,
         "linewidth": 0,
@@ -431,9 +430,9 @@ def _load_charts(rows: xr.Dataset) -> dict[str, Chart]:
         values = rows[name].values
         line = Curve(time, values, "", {"color": LINES[0][0], "linewidth": 1.1})
         marks = Curve(time[steps], values[steps], "", MARK | {"color": INK, "ms": 2.8})
-        axes: dict[str, Any] = {"ylim": (min(0.0, 1.1 * values.min()), 1.15 * values.max())}
+        axes: Look = {"ylim": (min(0.0, 1.1 * values.min()), 1.15 * values.max())}
         axes |= {"xticks": time[steps], "xticklabels": list(names)} if names else {}
-        label: dict[str, Any] = {
+        label: Look = {
             "x": "state" if names else "time (s)",
             "y": f"${letter}$ (N)",
             "name": text,

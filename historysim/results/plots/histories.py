@@ -21,13 +21,14 @@ from historysim.results.plots.style import (
     INK,
     LOOP_AXES,
     STATE_COLOURS,
+    Look,
     line_colours,
     thin_history,
 )
 
 # Panels and the letters of their charts.
 PANELS = {"loop": "L", "loads": "N;T", "states": "S", "energy": "E", "wear": "W"}
-LINE: dict[str, Any] = {"color": INK, "linewidth": 1.0}
+LINE: Look = {"color": INK, "linewidth": 1.0}
 
 
 @PICTURES.register
@@ -123,7 +124,7 @@ def _panel(name: str, history: xr.Dataset, thin: xr.Dataset) -> dict[str, Chart]
     time = thin["time"].values
     if name == "energy":
         line = Curve(time, thin["total_dissipated_energy"].values, look=LINE)
-        labels: dict[str, Any] = {"title": "Dissipated energy", "x": "time (s)", "y": "energy (J)"}
+        labels: Look = {"title": "Dissipated energy", "x": "time (s)", "y": "energy (J)"}
         return {"E": Chart(items=[line], margins=(0.01, 0.05), axes={"ylim": (0, None)}, **labels)}
     if name == "loads":
         return _load_charts(thin)
@@ -155,7 +156,7 @@ def _load_charts(thin: xr.Dataset) -> dict[str, Chart]:
     else:
         items.append(Curve(time, load, hue=time))
     normal = Curve(time, thin["total_normal_load"].values, look=LINE)
-    labels: dict[str, Any] = {"title": "Loads", "name": "loads", "y": "normal load\n$N$ (N)"}
+    labels: Look = {"title": "Loads", "name": "loads", "y": "normal load\n$N$ (N)"}
     return {
         "N": Chart(items=[normal], height=22.0, share="time", axes={"ylim": (0, None)}, **labels),
         "T": Chart(items=items, name="loads", height=28.0, share="time", margins=(0.02, 0.05),
@@ -167,7 +168,7 @@ def _course(x: Floats, y: Floats, time: Floats) -> list[Item]:
     """Return a line in the colour of its time, with its start and end marked."""
     items: list[Item] = [Curve(x, y, hue=time)]
     for index, marker, name, shade in ((0, "o", "start", 0.0), (-1, "s", "end", 1.0)):
-        look: dict[str, Any] = {
+        look: Look = {
             "mec": "white",
             "mew": 0.6,
             "ms": 5,
@@ -191,7 +192,7 @@ def _path(thin: xr.Dataset, vector: str, extra: tuple[Item, ...] = (), **options
     """Return the course of a vector in the plane, from start to end."""
     x, y = thin[vector].values.T
     course = _course(x, y, thin["time"].values)
-    labels: dict[str, Any] = {axis: VECTORS[vector].format(axis) for axis in "xy"}
+    labels: Look = {axis: VECTORS[vector].format(axis) for axis in "xy"}
     equal = {"aspect": "equal", "adjustable": "datalim"}
     return Chart(
         items=[*extra, *course], zero="xy", margins=(0.08, 0.08), axes=equal, **labels, **options
@@ -273,7 +274,7 @@ def _slip_map(history: xr.Dataset) -> Chart:
         for tick in MaxNLocator(8, integer=True).tick_values(0, steps - 1)
         if 0 <= tick < steps
     ]
-    axes: dict[str, Any] = {
+    axes: Look = {
         "xticks": ticks,
         "xticklabels": [f"{k}\n{history['time'].values[k]:.4g}" for k in ticks],
     }
@@ -319,7 +320,7 @@ class StiffnessPicture(Picture):
             Curve(displacement, thin[name].values, hue=time)
             for name in ("total_tangential_load", "tangential_stiffness")
         )
-        options: dict[str, Any] = {
+        options: Look = {
             "margins": (0.04, 0.06),
             "share": "displacement",
             "x": DISPLACEMENT,

@@ -35,6 +35,7 @@ from historysim.results.plots.style import (
     LOOP_NUMBER,
     MOST_EDGED,
     STATE_COLOURS,
+    Look,
     escape_math,
     format_unit,
 )
@@ -49,7 +50,7 @@ FIRST, LAST = {"F": "friction_force", "P": "preliminary_displacement"}, {"E": "d
 TRENDS = FIRST | {"S": "tangential_stiffness"} | LAST
 LEVELS = FIRST | {"C": "friction_coefficient"} | LAST
 # samples outside of the loops
-REST: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "alpha": 0.7, "zorder": 1}
+REST: Look = {"color": FAINT, "linewidth": 0.6, "alpha": 0.7, "zorder": 1}
 
 
 @PICTURES.register
@@ -86,7 +87,7 @@ class MeasuredLoopsPicture(Titled):
             if len(sets) > 1
             else []
         )
-        options: dict[str, Any] = {
+        options: Look = {
             "title": "Friction loops",
             "margins": (0.05, 0.18),
             "height": 40.0,
@@ -141,7 +142,7 @@ def _levels(sets: list[Loops], labels: Sequence[str]) -> list[Item]:
             load = np.nanmean(loops.normal_load, axis=1)
             selected = np.flatnonzero(np.abs(load - value) <= loops.definitions.load_share * value)
             name = f"{quantity_text(float(value), 'N', 3)}, {count_text(selected.size, 'loop', 'loops')}"
-            look: dict[str, Any] = {"color": colour, "linewidth": 1.0, "zorder": 2}
+            look: Look = {"color": colour, "linewidth": 1.0, "zorder": 2}
             if order:
                 name = escape_math(label)
                 look = {"color": INK, "linewidth": 0.8, "zorder": 3, "linestyle": (0, (3, 1.5))}
@@ -151,7 +152,7 @@ def _levels(sets: list[Loops], labels: Sequence[str]) -> list[Item]:
     return items
 
 
-def _part(loops: Loops, start: int, stop: int, label: str, look: dict[str, Any]) -> Curve:
+def _part(loops: Loops, start: int, stop: int, label: str, look: Look) -> Curve:
     """Return a record from one sample to another."""
     x, y = (
         values[start : stop + 1]
@@ -189,7 +190,7 @@ def _means(loops: Loops) -> list[Item]:
     if not np.isfinite([top, backward]).all():
         # without sliding there is no friction force to mark
         return []
-    line: dict[str, Any] = {"color": INK, "linewidth": 0.9, "zorder": 4}
+    line: Look = {"color": INK, "linewidth": 0.9, "zorder": 4}
     dashes = line | {"linestyle": (0, (4, 2))}
     items: list[Item] = [
         Curve([lower, upper], [top, top], "means", dashes),
@@ -268,7 +269,7 @@ def _trends(
         columns = len(sets) * len(markers)
         finite = np.concatenate([array[np.isfinite(array)] for array in values])
         for number, (loops, value, colour) in enumerate(zip(sets, values, COLOURS, strict=False)):
-            look: dict[str, Any] = {
+            look: Look = {
                 "color": colour,
                 "ms": 3.5,
                 "mec": "white",
@@ -292,7 +293,7 @@ def _trends(
         # scatter below a tenth must not fill the panel
         room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high))) or 1.0
         axes = {"ylim": (low - room, high + room)}
-        options: dict[str, Any] = {
+        options: Look = {
             "height": height,
             "integers": True,
             "keys": _trend_keys(names),
@@ -304,7 +305,7 @@ def _trends(
 
 def _chart(values: "xr.DataArray", items: Sequence[Item], **options: Any) -> Chart:
     """Return a chart of a quantity, with its label above."""
-    labels: dict[str, Any] = {
+    labels: Look = {
         "name": str(values.name).replace("_", " "),
         "y": _label(values),
         "label_above": True,
@@ -410,7 +411,7 @@ class LoopLevelsPicture(Titled):
             ends = _from_zero(
                 table[quantity].values + table[f"{quantity}_standard_deviation"].fillna(0).values
             )
-            options: dict[str, Any] = {"height": 27.0, "share": "level", "axes": {"ylim": ends}}
+            options: Look = {"height": 27.0, "share": "level", "axes": {"ylim": ends}}
             charts[letter] = _chart(table[quantity], items, x=_label(along), **options)
         title = "" if self.title else str(table.attrs.get("title", ""))
         note = f"bars: standard deviation of one loop; {MOVED}"

@@ -1,6 +1,6 @@
 """Pictures of records: a model and its measurement, channels and spectra, sliding, creep, columns of a table."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -15,7 +15,7 @@ from historysim.measured.creep import Creep
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.canvas import TWO_COLUMNS, Size
-from historysim.results.plots.chart import Chart, Curve, Item, Look, Note, Shape, Sheet
+from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
 from historysim.results.plots.style import (
     FAINT,
@@ -25,6 +25,7 @@ from historysim.results.plots.style import (
     MARK,
     MOST_EDGED,
     STATE_COLOURS,
+    Look,
     format_unit,
     line_style,
     thin_samples,
@@ -36,9 +37,9 @@ if TYPE_CHECKING:
 
 MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # drawn dots of a comparison, and samples of sliding
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
-AS_READ: dict[str, Any] = {"color": FAINT, "linewidth": 0.7, "rasterized": True}
-AS_USED: dict[str, Any] = {"color": MARK, "linewidth": 0.8, "rasterized": True}
-DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "mew": 0, "rasterized": True}
+AS_READ: Look = {"color": FAINT, "linewidth": 0.7, "rasterized": True}
+AS_USED: Look = {"color": MARK, "linewidth": 0.8, "rasterized": True}
+DOTS: Look = {"linestyle": "", "marker": ".", "ms": 2.4, "mew": 0, "rasterized": True}
 
 
 @PICTURES.register
@@ -78,8 +79,8 @@ class ComparisonPicture(Titled):
             Curve(100 * x, y, label, {"color": colour, "linewidth": 1.0})
             for x, y, colour, label in means
         ]
-        short: dict[str, Any] = {"height": 28.0, "zero": "x"}
-        labels: dict[str, Any] = {"title": "Tangential load", "x": "time (s)", "y": "$T$ (N)"}
+        short: Look = {"height": 28.0, "zero": "x"}
+        labels: Look = {"title": "Tangential load", "x": "time (s)", "y": "$T$ (N)"}
         return Sheet(
             {
                 "L": Chart(
@@ -120,7 +121,7 @@ def _compared_loops(comparison: Comparison) -> list[Item]:
     order = response.order
     dots = DOTS | {"color": MEASURED}
     # the model is drawn over the points, in whose noise it would be hidden
-    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
+    line: Look = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     load = observation.tangential_load
     displacement = observation.displacement
     items: list[Item] = [
@@ -145,7 +146,7 @@ def _compared_loops(comparison: Comparison) -> list[Item]:
 
 
 def _energies(comparison: Comparison) -> Chart:
-    options: dict[str, Any] = {"title": "Energies", "x": LOOP_NUMBER, "height": 28.0}
+    options: Look = {"title": "Energies", "x": LOOP_NUMBER, "height": 28.0}
     if comparison.measured is None or comparison.model is None:
         return Chart(items=[_remark("no whole loop")], axes={"xticks": [], "yticks": []}, **options)
     items: list[Item] = []
@@ -189,12 +190,12 @@ class RecordPicture(Titled):
             unit = load_kind(name).unit
             letters = [chr(65 + 3 * number + k) for k in range(3)]
             window = _detail(values)
-            options: dict[str, Any] = {"y": f"({unit})", "margins": (0.01, 0.05), "height": 24.0}
+            options: Look = {"y": f"({unit})", "margins": (0.01, 0.05), "height": 24.0}
             all_samples, detail = (
                 _channel(data.time, values, read, samples) for samples in (slice(None), window)
             )
             is_last = number == len(channels) - 1
-            labels: dict[str, Any] = {"x": "time (s)" if is_last else ""}
+            labels: Look = {"x": "time (s)" if is_last else ""}
             charts[letters[0]] = Chart(
                 items=all_samples, title=words.capitalize(), name=words, **labels, **options
             )
@@ -236,7 +237,7 @@ def _detail(values: Floats) -> slice:
 def _spectrum(
     values: Floats, read: Floats | None, time: Floats, unit: str, *, is_last: bool
 ) -> Chart:
-    options: dict[str, Any] = {
+    options: Look = {
         "title": "Amplitude",
         "name": "spectra",
         "y": f"({unit})",
@@ -280,14 +281,14 @@ class SlidingPicture(Titled):
         items.append(Curve(data.window_place, data.window_mean, "windows", dots))
         if data.approach is not None:
             distance = np.linspace(data.approach.origin, data.place[-1], 200)
-            line: dict[str, Any] = {"color": STATE_COLOURS[2], "linewidth": 1.2, "zorder": 3}
+            line: Look = {"color": STATE_COLOURS[2], "linewidth": 1.2, "zorder": 3}
             dashes = line | {"linewidth": 0.7, "linestyle": (0, (4, 2)), "zorder": 0}
             items.append(Curve(distance, data.approach.at(distance), "approach", line))
             items.append(Shape("axhline", (data.approach.steady,), dashes))
         if data.peak is not None:
             mark = {"marker": "^", "linestyle": "", "color": INK, "ms": 5, "zorder": 4}
             items.append(Curve([data.peak.place], [data.peak.coefficient], "static peak", mark))
-        labels: dict[str, Any] = {
+        labels: Look = {
             "title": "Friction coefficient",
             "x": f"{data.over} ({UNITS[data.over]})",
             "y": "$μ = T/N$",
@@ -321,7 +322,7 @@ class TablePicture(Titled):
             omitted += words[MOST_LINES:] if letter in "ABCD" else words
             columns = zip(names, words, range(MOST_LINES), strict=False)
             # lines of two panels look alike
-            options: dict[str, Any] = {
+            options: Look = {
                 "height": 24.0,
                 "share": "row",
                 "separate_legend": len(by_unit) > 1,
@@ -343,7 +344,7 @@ class TablePicture(Titled):
         return Sheet(charts, wide=";".join(charts), notices=(notice,))
 
 
-def _columns_by_unit(table: "xr.Dataset") -> tuple[str, dict[str, Any], dict[str, list[str]]]:
+def _columns_by_unit(table: "xr.Dataset") -> tuple[str, Look, dict[str, list[str]]]:
     """Return the first column of numbers, all of them, and the names of the others by their units."""
     columns = flat_columns(table)
     numbers = {str(name): values for name, values in columns.items() if values.dtype.kind in "fiu"}
@@ -395,7 +396,7 @@ class CreepPicture(Titled):
                     time, percent, "log time", {"color": CORRECTED, "linewidth": 1.4, "zorder": 3}
                 )
             )
-        labels: dict[str, Any] = {
+        labels: Look = {
             "x": "time since the displacement is held (s)",
             "y": "change of $T$ over $T$ (%)",
         }
@@ -421,7 +422,7 @@ def _creep_parts(data: Creep) -> Chart:
         high = high + np.maximum(values, 0)
     mark = {"marker": "_", "linestyle": "", "color": INK, "ms": 9, "mew": 1.2}
     items.append(Curve(number, sense * [hold.change for hold in data.holds], "measured", mark))
-    labels: dict[str, Any] = {
+    labels: Look = {
         "title": "Parts of the change",
         "x": "hold",
         "y": "$ΔT$ along $T$ (N)",

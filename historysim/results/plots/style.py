@@ -16,6 +16,9 @@ from historysim.basics.units import choose_prefix
 if TYPE_CHECKING:
     import xarray as xr
 
+# properties of artists of matplotlib, or options of charts
+Look = dict[str, Any]
+
 STATES = ("separated", "full stick", "partial slip", "gross slip")
 STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
 INK = "#222222"
@@ -56,7 +59,7 @@ LINES = (
 )
 MOST_LINES = 12
 # a limit, or a law
-DASHED: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2))}
+DASHED: Look = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2))}
 
 # SI units that have a readable prefix in labels.
 WITH_PREFIX = {"m", "m²", "m³", "N", "N/m", "J", "J/m²", "Pa"}
@@ -64,8 +67,8 @@ LOOP_NUMBER = "loop, counted from 0"  # label of an axis of loops, counted as in
 # labels of a friction loop
 DISPLACEMENT, LOAD = "tangential displacement $U$ (m)", "tangential load $T$ (N)"
 # a y label above its axes, in place of the title
-LABEL_ABOVE: dict[str, Any] = {"loc": "left", "fontsize": 7, "fontweight": "normal", "wrap": True}
-LOOP_AXES: dict[str, Any] = {"x": DISPLACEMENT, "y": LOAD, "zero": "xy"}
+LABEL_ABOVE: Look = {"loc": "left", "fontsize": 7, "fontweight": "normal", "wrap": True}
+LOOP_AXES: Look = {"x": DISPLACEMENT, "y": LOAD, "zero": "xy"}
 MOST_EDGED = 60  # loops up to which there is room for the edge of each mark
 MOST_POINTS = 100_000  # points of a line: more than a picture can show
 
@@ -97,7 +100,7 @@ def escape_math(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def line_style(number: int, count: int) -> dict[str, Any]:
+def line_style(number: int, count: int) -> Look:
     """Return colour, dashes and width of one line of several.
 
     Up to eight lines have separate colours and dashes; the colours of more, such as steps of a

@@ -29,6 +29,7 @@ from historysim.results.plots.style import (
     MARK,
     STATE_COLOURS,
     STATES,
+    Look,
     choose_scale,
 )
 from historysim.results.steps import resolve_step
@@ -43,14 +44,14 @@ SEPARATED, TOUCHING = 0, -1
 NO_CONTACT = "#4aa8e0"
 MISSING = "#efdcc3"
 DARKEST = 0.55  # darkest grey of heights under summits in contact
-FLAT: dict[str, Any] = {
+FLAT: Look = {
     "color": INK,
     "linewidth": 0.8,
     "linestyle": (0, (4, 2)),
     "label": "rigid flat",
 }
 HEIGHT, RADIUS = "summit height $z$ (m)", "summit radius $R$ (m)"
-PLANE: dict[str, Any] = {"x": "$x$ (m)", "y": "$y$ (m)"}
+PLANE: Look = {"x": "$x$ (m)", "y": "$y$ (m)"}
 
 
 @PICTURES.register
@@ -218,7 +219,7 @@ def _summit_map(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
     sides = (x[1] - x[0], y[1] - y[0])
     items: list[Item] = []
     # a long strip would leave no room for its labels
-    axes: dict[str, Any] = {
+    axes: Look = {
         "aspect": "equal",
         "adjustable": "box" if max(sides) <= LONGEST * min(sides) else "datalim",
     }
@@ -280,7 +281,7 @@ def _profile(surface: xr.Dataset, contact: ContactAtStep) -> Chart:
     items: list[Item] = [Curve(surface[axis].values, surface["height"].values.ravel(), "", line)]
     items += _marks(surface[f"summit_{axis}"].values, contact.height, contact)
     items += [Shape("axhline", (separation,), FLAT) for separation in contact.flat]
-    labels: dict[str, Any] = {
+    labels: Look = {
         "title": "Profile and summits",
         "x": f"${axis}$ (m)",
         "y": "height $z$ (m)",
@@ -295,7 +296,7 @@ def _distribution(contact: ContactAtStep) -> Chart:
         *_marks(contact.height, radii, contact),
         *(Shape("axvline", (at,), FLAT) for at in contact.flat),
     ]
-    axes: dict[str, Any] = {}
+    axes: Look = {}
     if not radii.size:
         items = [Note("no summits", (0.5, 0.5), (0, 0), {"color": FAINT})]
         axes = {"xticks": [], "yticks": []}
@@ -303,7 +304,7 @@ def _distribution(contact: ContactAtStep) -> Chart:
         axes = {"ylim": (0, 2 * radii.max())}
     # radii of rough surfaces range over decades
     log = "y" if radii.size and radii.max() > 20 * radii.min() else ""
-    labels: dict[str, Any] = {"title": "Asperity distribution", "x": HEIGHT, "y": RADIUS}
+    labels: Look = {"title": "Asperity distribution", "x": HEIGHT, "y": RADIUS}
     return Chart(items=items, log=log, axes=axes, **labels)
 
 
@@ -327,7 +328,7 @@ def _marks(x: Floats, y: Floats, contact: ContactAtStep) -> list[Item]:
     }
     dots["ms"] = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
     items: list[Item] = [Curve(x[separated], y[separated], label, dots)]
-    marks: dict[str, Any] = {"edgecolors": INK, "linewidths": 0.35, "rasterized": True, "zorder": 3}
+    marks: Look = {"edgecolors": INK, "linewidths": 0.35, "rasterized": True, "zorder": 3}
     marks["s"] = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
     fills = [*zip((1, 2, 3), STATE_COLOURS[1:], names[1:], strict=True)]
     if (state == TOUCHING).any():
@@ -404,7 +405,7 @@ class SummitsPicture(Panel):
             scatters.append(_scatter(sample, size, colour, f"{label}: {means} ({len(sample):,})"))
         axes = {"ylim": (0, 1.05 * top)}
         if self.apart:
-            options: dict[str, Any] = {
+            options: Look = {
                 "share": "map",
                 "axes": axes,
                 "x": "height $z$ (m)",

@@ -17,7 +17,7 @@ from historysim.errors import InputError, field_error
 from historysim.results.plots.canvas import COLUMN, Size
 from historysim.results.plots.chart import MOVED, Chart, Curve, Item, Note, Shape, Sheet, span
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, choose_scale, format_unit
+from historysim.results.plots.style import FAINT, INK, LINES, Look, choose_scale, format_unit
 
 SPREADS = {
     "deviation": "mean ± standard deviation",
@@ -131,7 +131,7 @@ class CurvePicture(Panel):
             limits += line["x"].tolist()
         low = np.nanmin(limits)
         high = np.nanmax(limits)
-        axes: dict[str, Any] = {"ylim": (0.0, None)} if self.from_zero else {}
+        axes: Look = {"ylim": (0.0, None)} if self.from_zero else {}
         log = (
             "xy"
             if self.logarithmic
@@ -201,7 +201,7 @@ class CurvePicture(Panel):
         )
         return line.assign(x=np.asarray(along, dtype=float)).sort_values("x", kind="stable")
 
-    def _curve(self, line: Any, label: str, look: dict[str, Any], shift: float) -> list[Item]:
+    def _curve(self, line: Any, label: str, look: Look, shift: float) -> list[Item]:
         """Return one of some lines with its spread and fit."""
         if line.empty:
             return []
@@ -214,7 +214,7 @@ class CurvePicture(Panel):
                 Curve(x, y, label, look),
             ]
         else:
-            errors: dict[str, Any] = {}
+            errors: Look = {}
             for axis in "xy":
                 if f"{axis}_low" in line and line[f"{axis}_low"].notna().any():
                     low = line[axis] - line[f"{axis}_low"]

@@ -19,7 +19,7 @@ from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS
 from historysim.results.plots.chart import Chart, Curve, Item, Note, Shape, Sheet, span, state_keys
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, as_history_list
-from historysim.results.plots.style import DASHED, FAINT, INK, STATE_COLOURS, line_colours
+from historysim.results.plots.style import DASHED, FAINT, INK, STATE_COLOURS, Look, line_colours
 from historysim.results.plots.style import LINES as STYLES
 from historysim.results.steps import named_states, resolve_step, state_label
 
@@ -436,7 +436,7 @@ class SlipAnnulusPicture(Picture):
         arrow |= {"pivot": "mid", "width": 0.006, "minlength": 0.3, "zorder": 3}
         limits = (-1.08 * edge, 1.08 * edge)
         axes = {"aspect": "equal", "xlim": limits, "ylim": limits}
-        options: dict[str, Any] = {
+        options: Look = {
             "share": "map",
             "axes": axes,
             "x": "$x$ (m)",
