@@ -31,7 +31,7 @@ class HistorySimError(Exception):
 
 
 class InputError(HistorySimError, ValueError):
-    """A value, scenario or file that cannot be used as it is.
+    """A value, scenario or file that cannot be used.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class FrictionLimitError(LoadError):
     Attributes
     ----------
     request, limit : float
-        The load asked for and the largest the contact carries [N].
+        The requested load and the largest load that the contact supports [N].
     path : int
         Position of the load path that failed, among the requested paths.
     formula : str

@@ -29,14 +29,14 @@ class WearLaw(Law):
     """A wear law: volume lost by an asperity, and the worn shape.
 
     The shape follows from the volume while the asperity slides as a whole: then its springs are at
-    the friction limit whatever its shape is, and no memory is lost. What it loses in partial slip
-    waits until then.
+    the friction limit for any shape, and no memory is lost. Volume lost in partial slip is removed
+    from the shape only then.
 
     Parameters
     ----------
     shape : {"truncated", "blunted"}
-        "truncated": the cap of the volume lost is cut off, h = √(V/(πR)), and what comes into
-        contact beneath has the radius that the summit had. "blunted": within the contact circle of
+        "truncated": the cap of the volume lost is cut off, h = √(V/(πR)), and the new
+        summit has the radius of the old one. "blunted": within the contact circle of
         radius a the depth falls as 1 - r²/a², so that a paraboloid is left: dh = 2 dV/(πa²), d(1/R)
         = -4 dV/(πa⁴).
     """
@@ -55,8 +55,8 @@ class WearLaw(Law):
     ) -> Floats:
         """Return the volume that asperities lose [m³] (asperity); a user-defined law computes it here, on arrays.
 
-        The load is the mean meanwhile [N], the distance what they slid [m], the energy what they
-        dissipated [J] meanwhile: of twice as much of both, twice the volume is lost.
+        Arguments are the mean load [N], the slid distance [m] and the dissipated energy [J] of an
+        interval: twice the distance and energy remove twice the volume.
         """
         law, _ = self.in_library(None)
         volumes = np.empty(normal_load.size)
@@ -128,8 +128,8 @@ class ArchardWear(WearLaw):
     ) -> Self:
         """Return the law from a worn volume [m³] under a load [N] over a distance [m]: K = V H/(N s).
 
-        The distance is that of gross slip, back and forth counted. Of `hs.register_maps` take the worn
-        volume; K then has its relative error. InputError: a volume below 0, or a load or a distance
+        The distance is that of gross slip in both directions. `hs.register_maps` gives a worn volume;
+        K then has its relative error. InputError: a volume below 0, or a load or a distance
         that is not above it.
         """
         lost = scalar("worn_volume", worn_volume, least=0)
@@ -183,9 +183,9 @@ class EnergyWear(WearLaw):
     def from_volume(
         cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated"
     ) -> Self:
-        """Return the law by which a volume [m³] is lost with the energy that friction took [J]: α = V/E.
+        """Return the law by which a volume [m³] is lost with an energy dissipated by friction [J]: α = V/E.
 
-        The energy is the sum over the loops of a record (`hs.loops`), or what a history dissipates.
+        The energy is the sum over the loops of a record (`hs.loops`), or the energy dissipated in a history.
         InputError: a volume below 0, or an energy that is not above it.
         """
         energy = scalar("dissipated_energy", dissipated_energy, above=0)
@@ -219,7 +219,7 @@ def check_wear(law: WearLaw) -> None:
     good = full.shape == load.shape and (np.isfinite(full) & (full >= 0.0)).all()
     if not good or not np.allclose(2.0 * half, full, rtol=1e-6, atol=0.0):
         raise InputError(
-            f"{type(law).__name__}: volume of three asperities is {full}, of half the way and energy {half}; expected "
-            "three volumes of 0 or more [m³], and half as much: it is asked for what is lost meanwhile, such as "
+            f"{type(law).__name__}: volume of three asperities is {full}, of half the distance and energy {half}; "
+            "expected three volumes of 0 or more [m³], and half as much: the volume lost in an interval, such as "
             "rate * normal_load * slid_distance"
         )

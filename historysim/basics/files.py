@@ -89,7 +89,7 @@ def _system_error(error: BaseException) -> OSError | None:
         if isinstance(cause, OSError) and (cause is error or cause.errno in _CAUSES):
             return cause
         cause = cause.__cause__ or cause.__context__
-    # netCDF4 has no other type of error for whatever the system refuses
+    # netCDF4 has no other type of error for refusals of the system
     if isinstance(error, RuntimeError) and str(error).startswith("NetCDF: "):
         return OSError(errno.EIO, f"it cannot be written ({error})")
     return None

@@ -21,11 +21,11 @@ LIMITS = {
     "LINE_BYTES": 20_000_000,  # of a text
     "BLOCKS": 5_000,  # tables of a text
     "COLUMNS": 20_000,  # of a table that is listed
-    "SECONDS_OF_VALIDATION": 3,  # of walking the loads
+    "SECONDS_OF_VALIDATION": 3,  # of replaying the loads
     "HDF5_DEPTH": 32,  # groups within groups
     # of a processor, and two more for each MB up to 60, to read how a file is laid out
     "HDF5_SECONDS": 5,
-    "UNPACKED_BYTES": 1 << 28,  # of what a file holds compressed, or 100 times its size
+    "UNPACKED_BYTES": 1 << 28,  # unpacked size of a compressed file, or 100 times its size
 }
 
 

@@ -272,7 +272,7 @@ def work_of_adhesion(
 ) -> Floats:
     """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).
 
-    γ1, γ2 > 0 [J/m²] are surface energies, γ12 that of the interface (Dupré). Where it is not
+    γ1, γ2 > 0 [J/m²] are surface energies, γ12 that of the interface (Dupré). If it is not
     known, the geometric mean of the works of cohesion 2γ1 and 2γ2 is taken, which is good for
     dispersion forces (Girifalco and Good, *J. Phys. Chem.* 61 (1957) 904-909, with Φ = 1). An
     interface with more energy than the surfaces is an InputError.

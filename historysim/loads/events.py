@@ -155,9 +155,9 @@ class Event(QuantityFields):
     channel: ClassVar[str | None] = None  #: of a waypoint: "normal", "tangential" or "friction"
     #: The fields except time in their order in a log; by default the order of declaration.
     order: ClassVar[tuple[str, ...]] = ()
-    noun: ClassVar[str] = "number"  #: what a message calls one of its numbers
+    noun: ClassVar[str] = "number"  #: name of one of its numbers in messages
     changes_friction: ClassVar[bool] = False
-    #: what it changes, so that it is recorded at each step
+    #: whether it changes the geometry, which is then recorded at each step
     changes_geometry: ClassVar[bool] = False
 
     time: float
@@ -233,8 +233,7 @@ class Event(QuantityFields):
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the `State` after an instantaneous change; not called for waypoints.
 
-        Facts do not import what they act on, so that whoever reads a log or a result needs no
-        engine.
+        Events do not import ensembles, so that logs and results are read without the engine.
         """
         raise NotImplementedError(
             f"{type(self).__name__} has no act; expected a method that returns the state after it"
@@ -470,7 +469,7 @@ class FrictionChange(Event):
     friction : float or sequence of float
         One coefficient for all asperities, or one for each, in the order of the ensemble.
     asperities : sequence of int, optional
-        Indices of those that it is for; all by default.
+        Indices of the affected asperities; all by default.
 
     Examples
     --------
@@ -569,7 +568,7 @@ class GeometryChange(Event):
     summit_radius: OneOrMore | None = attrs.field(
         default=None, converter=_as_lengths, validator=_lengths
     )
-    #: Indices of those that they are for; all by default, as when the whole surface is replaced.
+    #: Indices of the affected asperities; all by default, as when the whole surface is replaced.
     asperities: tuple[int, ...] | None = attrs.field(
         default=None, converter=_as_indices, validator=_indices
     )
@@ -603,7 +602,7 @@ class GeometryChange(Event):
         )
 
 
-# Those that a load channel reaches something with; how it is controlled is a matter of the core.
+# Waypoints of the load channels by name.
 LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
     name: kind for name, kind in EVENTS.own().items() if issubclass(kind, LoadEvent)
 }

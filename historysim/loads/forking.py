@@ -37,7 +37,7 @@ def fork_waypoints(
     A channel that is between two waypoints then, or held after its last, gets one at ``time``, and
     one at the last event time, since a path that is straight in the displacements is not straight
     in the loads. Friction also gets one at each time at which an event changes it. The waypoints
-    are requests: a tangential load that the friction limit holds has the value that is asked for,
+    are requests: a tangential load that the friction limit holds has the requested value,
     and the value of friction does not include the change at its time. ``state_at`` gives the state
     at a time of the same events.
     """

@@ -49,11 +49,11 @@ class FrictionCourse:
 
     #: Times of the coefficients, rising; or ``distance``.
     time: Annotated[tuple[float, ...], Quantity("s")] | None = attrs.field(**_OPTIONAL)
-    #: Way of the tangential displacement, rising, both directions counting; it must be controlled
-    #: throughout.
+    #: Distances along the tangential displacement, rising, both directions counting; it must be
+    #: controlled throughout.
     distance: Annotated[tuple[float, ...], Quantity("m")] | None = attrs.field(**_OPTIONAL)
     #: Coefficients, as many as times or distances; straight in between. At each event the
-    #: coefficient becomes that of its time or distance, and acts on what comes behind it.
+    #: coefficient becomes that of its time or distance, and applies to later events.
     coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(
         converter=as_numbers, validator=coefficients_within
     )
@@ -133,8 +133,8 @@ def _distance(events: Sequence[Event], time: "Floats") -> "Floats":
             "friction over distance needs a controlled tangential displacement; control it, or give friction over time"
         )
     displacement = np.array([event.value for event in moves])
-    # what was moved before is not known where the record begins with it; else the contact comes
-    # from 0
+    # earlier motion is unknown if the record begins with a displacement; otherwise the contact starts
+    # at 0
     start = displacement[0] if moves[0].time <= time[0] else 0.0
     total = np.cumsum(np.abs(np.diff(displacement, prepend=start)))
     clock = np.array([event.time for event in moves])

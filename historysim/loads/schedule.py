@@ -33,15 +33,15 @@ from historysim.memory.paths import Goals, Paths, drop_slide_times, straight_pat
 if TYPE_CHECKING:
     from historysim.asperities.state import State
 
-# where friction is on its way to, and the fraction of the way left to go
+# target of a friction ramp, and its remaining fraction
 Ramp = tuple[FrictionRamp, float]
 
 CHANNELS = ("normal", "tangential", "friction")
 COMPONENTS = tangential_channels(
     (0.0, 0.0)
-)  # the channels of both tangential directions, of which the second is behind `CHANNELS`
+)  # channels of both tangential directions; the second follows `CHANNELS`
 AT_WAYPOINT, BEYOND_LAST = -1, -2
-PARTS = 6  # column of the parts of a path, behind the goals of two channels
+PARTS = 6  # column of the parts of a path, after the goals of two channels
 
 
 @attrs.frozen
@@ -80,7 +80,7 @@ class PathBlock:
     """Paths between two changes of friction or geometry, and the change at their end."""
 
     paths: Paths  #: with targets in N and m
-    #: index of an event that each path serves, the tangential one where there is one
+    #: index of an event of each path, the tangential one if there is one
     event: Sequence[int]
     row_time: Floats  #: (row) Times of the rows that the paths record [s]
     change: Event | None = None  #: acts at the end of the last path
@@ -111,14 +111,14 @@ def paths(
 ) -> Iterator[PathBlock]:
     """Yield the straight paths of events in blocks, in the order of their times.
 
-    At each time both channels first go where their waypoints put them, on one straight path; the
-    other events of that time follow in their order. One row is recorded at each time, and
-    ``substeps`` - 1 more since the time before. No block records many more rows than
-    ``most_rows``. A schedule starts where an earlier one of the same events stood, and stops
-    ``until`` a time [s], between two event times on the way to the later one, where it records a
-    row. Without ``slide_times`` the paths do not ask when asperities slide.
+    At each time both channels first reach their waypoints on one straight path; the other events of
+    that time follow in their order. One row is recorded at each time, and ``substeps`` - 1 more in
+    the interval before it. No block records many more rows than ``most_rows``. A schedule starts at
+    the cursor of an earlier one of the same events, and stops at the time ``until`` [s], also
+    between two event times, where it records a row. Without ``slide_times`` the paths do not
+    determine when asperities slide.
 
-    Raises InputError: what are no events, not in order, or none; substeps below 1.
+    Raises InputError: items that are not events, not in order, or none; substeps below 1.
     """
     if not slide_times:
         for block in paths(events, substeps, most_rows, start=start, until=until):
@@ -347,7 +347,7 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
 
 def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
-    # what is no event is refused where their order is checked
+    # items that are not events are refused by the check of their order
     return (
         []
         if are_loads(events)

@@ -24,8 +24,8 @@ from historysim.loads.events import (
 )
 
 ONE_COEFFICIENT, MANY_COEFFICIENTS, NAMED = 4, 5, 9
-# Kinds that stand as lists of numbers, tangential ones with two components; any other is `NAMED`,
-# its name in front.
+# Kinds stored as lists of numbers, tangential ones with two components; any other is `NAMED`, and its
+# name is the first list.
 LISTED: dict[int, type[Event]] = {
     6: FrictionChange,
     7: FrictionRamp,
@@ -41,7 +41,7 @@ class Columns(NamedTuple):
     """Events as bytes of little-endian arrays: a kind each (int8), a time and a value (float64).
 
     The value of an event with several numbers is how many it has in ``coefficients`` (float64).
-    There they stand, event after event, each list of them behind its length, `ABSENT` or `ALONE`.
+    They are stored there in the order of events, each list after its length, `ABSENT` or `ALONE`.
     """
 
     kind: bytes
@@ -196,8 +196,8 @@ def chain(
 ) -> Iterator[tuple[int, int, Columns, bytes]]:
     """Yield batches of events: number of events before and after each, its columns and its link.
 
-    The first of the ``ends`` is the number of events before all of them, behind the link
-    ``before``.
+    The first of the ``ends`` is the number of events before all of them, after the link
+    ``previous``.
     """
     for start, stop in itertools.pairwise(ends):
         columns = to_columns(events[start - ends[0] : stop - ends[0]])

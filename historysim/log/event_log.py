@@ -212,16 +212,16 @@ class EventLog:
     def fork(self, at: float, path: str | Path, *, notify: Notify = silent) -> "EventLog":
         """Copy the past up to a time [s], with events at it, to a new log, so that another future can be appended.
 
-        Channels that are on their way then, or held after their last waypoint, get a waypoint where
-        they stand; those on their way get one at the last event, too. Without them, what is
-        appended would also change the past. Of a damaged log, what is sound is copied, and `notify`
-        gets what is wrong with it.
+        Channels that are between waypoints then, or held after their last one, get a waypoint with
+        their present value; those between waypoints also get one at the last event. Without them,
+        appended events would change the past. The intact part of a damaged log is copied, and
+        `notify` receives the problem.
 
         Raises
         ------
         InputError
-            A time before the first event, or after those of a damaged log that are sound, or the
-            log itself as new one.
+            A time before the first event or after the intact events of a damaged log, or the log
+            itself as the new one.
         OSError
             The file cannot be written.
         """

@@ -81,15 +81,15 @@ LAWS: Mapping[str, tuple[str, Registry[Any]]] = {
 }
 
 
-# slots would leave no room for what is computed once
+# slots do not allow cached properties
 @attrs.frozen(eq=False, slots=False)
 class LogHeader:
     """Head of a log: settings and arrays."""
 
-    #: What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the
-    #: moduli [Pa], tolerance, the lateral stiffness of the instrument [N/m], substeps, saturate,
-    #: what is recorded, and what makes asperities evolve; as far as they are known, limits of the
-    #: pair, nominal area [m²], resolutions, and metadata.
+    #: Settings in JSON: versions, the scenario as TOML text with its title and seeds, the moduli
+    #: [Pa], tolerance, the lateral stiffness of the instrument [N/m], substeps, saturate, recorded
+    #: asperities, and laws of evolution; if known, limits of the pair, nominal area [m²],
+    #: resolutions, and metadata.
     settings: Mapping[str, Any]
     #: Of the ensemble, and of the group ``surface`` of the result, with names that begin with
     #: ``surface.``.
@@ -140,7 +140,7 @@ class LogHeader:
             **{name: law.settings for name, law in laws.items()},
             **ensemble.settings,
         }
-        # what is not there in most logs
+        # settings that most logs do not have
         further = {
             "metadata": dict(metadata or {}) or None,
             "parallel_stiffness": instrument.parallel_stiffness or None,

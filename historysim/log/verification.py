@@ -138,7 +138,7 @@ def verify(
             f"{path}: {kind}; expected a result of historysim run, or a log (NAME.history)"
         )
     log_path = log_path_for(path) if log is None else Path(log)
-    # what is no result has no log, so that it is opened in any case
+    # a file that is not a result has no log, so that it is opened in any case
     with (
         LogFile(log_path) if log is not None or log_path.is_file() else nullcontext() as file,
         _open_result(path) as result,

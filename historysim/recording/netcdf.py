@@ -227,10 +227,10 @@ class FileRecorder(Recorder):
                 self.bounds = None
 
     def _declare(self) -> None:
-        """Create all variables, and write those that do not vary along the rows."""
+        """Create all variables, and write the ones that do not vary along the rows."""
         file = self._file
         put_attributes(file, self.attributes)
-        # there from the beginning, so that at the end one byte changes, at its place
+        # created first, so that only one byte changes at the end
         file.setncattr("complete", np.int8(0))
         if self.bounds is not None:
             file.setncattr(FORGOTTEN, np.float64(math.nan))
@@ -239,14 +239,14 @@ class FileRecorder(Recorder):
             file.createDimension("asperity", self.columns)
         if self.changes.planar:
             file.createDimension(DIRECTION, len(COMPONENTS))
-            # CF has no strings of a length of their own
+            # CF has no strings of variable length
             file.createDimension(f"{DIRECTION}_length", 1)
             created = file.createVariable(
                 DIRECTION, "S1", (DIRECTION, f"{DIRECTION}_length"), fill_value=False
             )
             put_attributes(created, {"long_name": OF_DIRECTION, "_Encoding": "utf-8"})
             created[...] = np.array(COMPONENTS, "S1")
-        # what is known at the end alone gets its place now, so that only its bytes change then
+        # created now, so that only the bytes of values known at the end change then
         once = [] if self.asperities is None else [(SLIDE_TIME, np.full(self.columns, np.nan))]
         fixed = asperity_coordinates(self.ensemble, self.asperities)
         coordinates = [*(variable for variable, _ in fixed), TIME]
@@ -332,7 +332,7 @@ class Unfinished:
     def _make(self) -> None:
         with write_errors(self.output, self.path):
             os.close(own_file(self.path, begins=_BEGINS))
-            # a snapshot will say that rows stand in it
+            # snapshots will refer to its rows
             sync_folder(self.path.parent)
 
     def renew(self) -> None:

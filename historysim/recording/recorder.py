@@ -65,13 +65,11 @@ PASTS = (UNTOUCHED, UNKNOWN)
 check_past = choice(*PASTS)
 FORGOTTEN = "past_forgotten_time"  # attribute of a history with an unknown past
 
-# rows that are walked, at most, before they are recorded and the progress bar moves on
+# largest number of rows replayed before they are recorded and progress is shown
 ROWS_AT_ONCE = 1 << 12
-# Rows times asperities that are held in memory between writes to a file; as many again while they
-# are written.
+# Rows times asperities in memory between writes to a file; twice as many during a write.
 CELLS_AT_ONCE = 1 << 20
-# Rows times asperities that are walked before the progress bar moves on, where all of them stay in
-# memory.
+# Rows times asperities replayed before progress is shown, if all of them are kept in memory.
 CELLS_IN_MEMORY = 1 << 24
 
 
@@ -80,9 +78,9 @@ def chosen_asperities(
 ) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
-    "touching" are those that touch at any time; where that is not known (wear, other geometry) all,
-    of inclined ones those that may. Another word, or an index that does not exist or is given
-    twice, is an InputError.
+    "touching" selects asperities that touch at any time, inclined ones that may touch, and all if
+    that is not known (wear, changed geometry). InputError if the word is another one, or an index
+    does not exist or is repeated.
     """
     if isinstance(record, str) and record == "totals":
         return None
@@ -160,7 +158,7 @@ def _check_supported(ensemble: Body, events: Sequence[Event]) -> None:
         return
     for index, event in enumerate(events):
         try:
-            # what is no event is refused where their order is checked
+            # items that are not events are refused by the check of their order
             require(ensemble, *getattr(event, "needs", ()))
         except InputError as error:
             raise InputError.for_event(index, time_text(event.time), error) from None

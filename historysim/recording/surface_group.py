@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from historysim.surfaces.summits import Summits
 
 GROUP = "surface"
-# Points of a height map along each axis that are kept, and as many in all of a profile: what a
-# picture can show.
+# Points of a height map stored along each axis, and of a whole profile: the resolution of a picture.
 MOST_POINTS = 512
 
 SURFACE = (

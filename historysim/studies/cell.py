@@ -1,4 +1,4 @@
-"""One cell of a sweep: a scenario at a point, replayed, and the outputs that are read from its history."""
+"""One cell of a sweep: the outputs of a scenario at one point."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class Summary:
-    """One number that sums a history up."""
+    """A summary value of a history."""
 
     units: str  #: UDUNITS string; "1" where dimensionless
     long_name: str
-    #: Takes a history in which the coordinates of all asperities stand, and returns the number.
+    #: Computes the value from a history that has the coordinates of all asperities.
     of: Callable[[xr.Dataset], float]
 
 
@@ -65,7 +65,7 @@ def _first(history: xr.Dataset) -> int:
     return int((history["contact_count"].values > 0).argmax())
 
 
-# Numbers that sum a history up, by name.
+# Summary values by name.
 SUMMARIES = {
     "peak_normal_load": Summary(
         "N", "greatest normal load", lambda h: h["total_normal_load"].values.max()
@@ -148,9 +148,9 @@ SUMMARIES = {
     "summit_count": Summary("1", "number of all summits", lambda h: h.sizes["asperity"]),
 }
 
-# those that are of all summits, whether they touch or not
+# summary values of all summits, touching or not
 OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)
-# outputs of a sweep that names none: all that any contact has, also one of patches, or without
+# default outputs of a sweep: summary values that any contact has, also patches and contacts without
 # areas
 DEFAULT_OUTPUTS = tuple(SUMMARIES)[: tuple(SUMMARIES).index("presliding_work")]
 
@@ -163,7 +163,7 @@ ROWS = frozenset(variable.name for variable in known_variables()) - OF_EACH
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the outputs of these names, `DEFAULT_OUTPUTS` where there are none; an unknown name is an InputError."""
+    """Return the outputs of these names, by default `DEFAULT_OUTPUTS`; InputError if a name is unknown."""
     names = tuple(names)
     names_known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
     for index, name in enumerate(names):
@@ -174,19 +174,19 @@ def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names)) or DEFAULT_OUTPUTS
 
 
-def asks_for_each(outputs: Sequence[str]) -> bool:
-    """Return whether rows of single asperities are asked for."""
+def needs_rows(outputs: Sequence[str]) -> bool:
+    """Return True if an output is a variable of each asperity."""
     return not OF_EACH.isdisjoint(outputs)
 
 
-# surfaces that a process keeps, so that cells which stand on the same one do not make it again
+# surfaces in the memory of a process, for cells with the same surface
 SURFACES_KEPT = 2
 
 
 def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> xr.Dataset:
     """Return the outputs of a scenario at one point of a sweep, for any engine that computes cells.
 
-    It depends on its arguments, and the files that the scenario names, alone: any process gives the
+    It depends only on its arguments and on the files that the scenario names: any process gives the
     same bits.
 
     Parameters
@@ -205,7 +205,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     """
     outputs = chosen_outputs(outputs)
     loaded = scenario.at(point)
-    history = _history(loaded, with_rows=asks_for_each(outputs))
+    history = _history(loaded, with_rows=needs_rows(outputs))
     summaries: dict[str, Any] = {}
     rows = []
     for name in outputs:
@@ -226,7 +226,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
         elif name in history:
             rows.append(name)
         else:
-            raise InputError(f"{name}: this scenario has none; {_where(name)}")
+            raise InputError(f"{name}: is not in the history of this scenario; {_where(name)}")
     dataset = history[rows].assign(summaries)
     dataset.attrs = {"validity": history.attrs["validity"]}
     return dataset
@@ -235,14 +235,14 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
 def _where(name: str) -> str:
     if name.endswith("slid_distance"):
         return "expected record.sliding = true, which follows it"
-    return "it belongs to what evolves, to another kind of contact, or to an instrument"
+    return "it belongs to a contact that evolves, to another kind of contact, or to an instrument"
 
 
 def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
-    """Return the history of a scenario: with the rows of its asperities, or else with the heights of all of them."""
+    """Return the history of a scenario: with the rows of its asperities, or with the heights of all asperities."""
     if with_rows and loaded.sections.record.asperities == "totals":
         raise InputError(
-            f'{loaded.path.name}: record.asperities: "totals"; expected others, since their rows are asked for'
+            f'{loaded.path.name}: record.asperities: "totals"; expected others, since outputs need rows of asperities'
         )
     # cells are computed by as many processes as there are processors
     job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
@@ -267,8 +267,8 @@ _surfaces: "dict[object, BuiltSurface]" = {}
 
 
 def _surface(loaded: Scenario) -> "BuiltSurface":
-    """Return the surface of a scenario, made once for cells that follow one another on it."""
-    # a surface is what its keys say, and the files that these name
+    """Return the surface of a scenario, built once for consecutive cells with the same surface."""
+    # a surface depends on its keys and on the files that they name
     section, folder = loaded.sections.surface, loaded.path.parent
     key = (repr(section), folder, *map(stamp, find_named_files(section, folder)))
     built = _surfaces.pop(key, None) or loaded.surface()

@@ -59,7 +59,7 @@ class Problem:
 
     @property
     def unit(self) -> str:
-        """That of the output."""
+        """Unit of the output."""
         return SUMMARIES[self.output].units
 
     def compute_output(self, point: Point, value: float) -> float:
@@ -87,7 +87,7 @@ class Root:
     throughout: Limit | None = None
 
 
-def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
+def design(  # noqa: PLR0913 - the keys of [design] and of a sweep
     scenario: Scenario | str | os.PathLike[str],
     key: str | None = None,
     between: Sequence[Any] | None = None,
@@ -109,23 +109,21 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     ----------
     scenario : Scenario or path
     key : str, optional
-        The key that is free, of a number: ``"surface.rms_height"``. By default it and all up to
-        `over` are those of ``[design]`` in the scenario.
+        The free key, which has a number as its value: ``"surface.rms_height"``. By default all
+        arguments from `key` to `quantile` are taken from ``[design]`` of the scenario.
     between : sequence of two
         The least and the greatest value of the key, in SI or with a unit.
     target : float or str
         The wanted output, in SI or with a unit.
     output : str
-        The name of a number that sums a history up, see the page on sweeps.
+        Name of a summary value, as listed on the page on sweeps.
     over : dict, optional
-        Keys with values for each of which a value is found, such as ``{"surface.seed":
+        Keys with values over which the search is repeated, such as ``{"surface.seed":
         range(20)}``.
     below, above : float or str, optional
-        In place of the target a limit, in SI or with a unit: the output is to be below it, or above
-        it.
+        Upper or lower limit of the output in place of a target, in SI or with a unit.
     quantile : float, optional
-        With a limit, the fraction of the points of `over` in which it is to be kept, .5 or more;
-        .95 by default.
+        Fraction of the points of `over` in which the limit holds, 0.5 or more; 0.95 by default.
     workers, executor, progress, notify
         As for `historysim.sweep`; one search is one task.
 
@@ -135,8 +133,9 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         Along the keys of `over`: the value of the key, under its name with ``_`` for all but
         letters and digits; the output there; and ``OUTPUT_at_median``, the output if all had the
         median of these values. With a limit that is ``OUTPUT_at_quantile``, at the value of the
-        attribute ``chosen``. Where there is no value, NaN, and ``failure`` says why. Where the
-        output crosses the target more than once, the least value counts, and a notice says so.
+        attribute ``chosen``. Points without a value hold NaN, and ``failure``
+        states the reason. If the output crosses the target several times, the smallest value is
+        returned with a notice.
 
     Raises
     ------
@@ -145,9 +144,9 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
 
     Notes
     -----
-    The output is computed for nine values over the range, evenly or, where both ends are positive,
-    evenly in their logarithm; where it crosses the target between two of them the root is found by
-    Brent's method (scipy).
+    The output is computed for nine values over the range, evenly spaced, or in their
+    logarithm if both ends are positive; between two values on either side of the target the root is
+    found by Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
     section = None
@@ -256,7 +255,7 @@ def _fewest(share: float) -> tuple[int, int]:
     """Return the number of points for a share of all such points, and the number for a confidence of 95 %.
 
     A further point is within the greatest of n with the chance n/(n + 1), and the greatest is
-    beyond a share q of all points with the confidence 1 - q^n, whatever the distribution (Wilks,
+    beyond a fraction q of all points with the confidence 1 - q^n for any distribution (Wilks,
     *Ann. Math. Stat.* 12 (1941) 91).
     """
     return math.ceil(share / (1 - share) - 1e-9), math.ceil(math.log(0.05) / math.log(share))
@@ -386,7 +385,7 @@ def _dataset(
         for name, (values, unit, long_name) in columns.items()
     }
     if any(reasons := [root.reason for root in roots]):
-        data[FAILURE] = failures(grid, reasons, "why there is no value, empty where there is")
+        data[FAILURE] = failures(grid, reasons, "reason for a missing value, otherwise empty")
     summary_text = f"The {key} at which a frictional contact has the {output} that is wanted."
     attributes = table_attributes(problem.scenario, grid, "Design", summary_text)
     attributes |= {"design_key": key, "design_output": output, "target": problem.target}

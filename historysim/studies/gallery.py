@@ -42,14 +42,14 @@ def gallery(
 ) -> str:
     """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
 
-    Scenarios are run or, where they have ``[sweep]``, swept, and drawn as their ``[picture]`` says,
-    where there is one. What fails is named on the page, with its reason, and does not sink the
-    rest. Hidden files and folders are left out.
+    Scenarios with ``[sweep]`` are swept, all others are run; ``[picture]`` selects their pictures.
+    A scenario that fails is listed on the page with the reason, and the others are drawn. Hidden
+    files and folders are left out.
 
     Parameters
     ----------
     folder : path
-        Where scenarios (TOML) and scripts (Python) stand.
+        Folder with scenarios (TOML) and scripts (Python).
     output : path, optional
         A file to write the page to, which appears when it is complete.
     workers : int
@@ -59,9 +59,9 @@ def gallery(
         with the functions described in the README of this package. Scripts run with the rights of
         the user.
     progress : bool
-        Show a progress bar on standard error where that is a terminal.
+        Show a progress bar if standard error is a terminal.
     notify : callable, optional
-        Takes notices for the user: what has failed, and why.
+        Callback(str) for notices: failed scenarios and their reasons.
 
     Returns
     -------
@@ -71,7 +71,7 @@ def gallery(
     Raises
     ------
     InputError
-        A folder without scenarios, or no such number of workers.
+        A folder without scenarios, or an invalid number of workers.
     OSError
         ``output`` cannot be written.
     """
@@ -135,7 +135,7 @@ def _render_section(folder: Path, path: Path) -> tuple[Section, str]:
     try:
         title, texts, pictures = _render_script(path) if path.suffix == SCRIPT else _scenario(path)
         content += [paragraph(text) for text in texts] + pictures
-    except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
+    except Exception as error:  # noqa: BLE001 - one failure does not stop the others
         failure = (
             str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         )

@@ -1,10 +1,9 @@
 """A folder of cells, one file each, so that completed cells survive an interrupted sweep.
 
-The name of a cell is the digest of all that decides its content: the scenario at its point, the
-contents of the files that it names, the outputs, and the versions that compute. So a folder serves
-any number of sweeps, also at one time. A file is written under another name, is on the disk before
-it gets its own, and begins with the digest of its name and content; a file with any other content
-is ignored.
+The name of a cell is the digest of its inputs: the scenario at its point, the contents of the files
+that it names, the outputs, and the versions of the software. So several sweeps can share a folder,
+also simultaneously. A file is written under a temporary name, renamed once it is on the disk, and
+begins with the digest of its name and content; a file with any other content is ignored.
 """
 
 import contextlib
@@ -65,7 +64,7 @@ def _content_digest(of: Stamp) -> str:
 
 
 def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
-    """Return the digest of all that decides the content of a cell, as hexadecimal digits."""
+    """Return the digest of the inputs of a cell, as hexadecimal digits."""
     document = with_values(scenario.document, point)
     read = sorted(set(find_named_files(document, scenario.path.parent)))
     content = {
@@ -91,7 +90,7 @@ class Store:
     folder: Path
 
     def read(self, name: str) -> xr.Dataset | None:
-        """Return the cell of a digest; None where there is none, or one that is damaged."""
+        """Return the cell of a digest; None if it does not exist or is damaged."""
         path = self._path(name)
         try:
             content = path.read_bytes() if is_file(path) else b""
@@ -107,17 +106,16 @@ class Store:
         ]
 
     def write(self, name: str, cell: xr.Dataset) -> None:
-        """Keep a cell, which is on the disk when this returns; OSError where it cannot be."""
+        """Store a cell, which is then on the disk; OSError if it cannot be written."""
         with replacing(self._path(name)) as unfinished:
             content = to_bytes(cell)
             unfinished.write_bytes(_mark(name, content) + content)
 
     @contextlib.contextmanager
     def claim(self, name: str, *, wait: bool) -> Iterator[bool]:
-        """Claim a cell, so that no other process computes it, too; yield whether it is claimed, or wait until it is."""
-        # a byte of one file for each cell, which the system gives back however this process ends;
-        # nothing is left behind, and shared disks know such locks; where one does not, a cell is
-        # computed twice at worst
+        """Claim a cell, so that no other process computes it, too; yield True once it is claimed."""
+        # a byte of one file for each cell, which the system releases when this process ends; nothing
+        # remains, and shared disks support such locks; without them a cell may be computed twice
         handle = own_file(self.folder / "lock", shared=True)
         try:
             yield lock_byte(handle, int(name[:15], 16), wait=wait)

@@ -1,4 +1,4 @@
-"""Sweeps: a scenario at many points, each a cell that is computed once and kept, gathered in one Dataset."""
+"""Sweeps: a scenario at many points, each computed once and stored as a cell, combined in one Dataset."""
 
 import logging
 import os
@@ -27,7 +27,7 @@ MOST_NOTICES = 10
 KILLED = "the process that computed it was killed, perhaps for lack of memory"
 
 
-def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
+def sweep(  # noqa: PLR0913 - the keys of [sweep] and the options of its execution
     scenario: Scenario | str | os.PathLike[str],
     over: Mapping[str, Any] | None = None,
     *,
@@ -46,44 +46,44 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     scenario : Scenario or path
     over : dict, optional
         The swept keys, each with its values or a range, as in ``[sweep.over]`` of a scenario:
-        ``{"friction.coefficient": [0.1, 0.2], "surface.seed": range(20)}``. By default what the
-        scenario says.
+        ``{"friction.coefficient": [0.1, 0.2], "surface.seed": range(20)}``. By default ``[sweep]``
+        of the scenario.
     together : sequence of sequence of str
-        Keys that go through their values together, as one dimension; any other two are crossed.
+        Keys whose values vary together, as one dimension; all others are combined with each other.
     outputs : sequence of str
-        Names of what is kept of each cell, see the page on sweeps; by default those of the
-        scenario, else the numbers that sum a history up.
+        Names of summary values or variables, as listed on the page on sweeps; by default those of
+        the scenario, otherwise the summary values that any contact has.
     store : path, optional
         A folder that keeps completed cells. An interrupted sweep resumes there and recomputes no
         cell; several sweeps may share it, also simultaneously. Workers on another machine need it
         under the same name.
     workers : int
         Processes on this machine; with 1 the cells are computed in this one. They do not change a
-        bit of the result. A script that asks for more needs ``if __name__ == "__main__":`` around
+        bit of the result. A script that uses several needs ``if __name__ == "__main__":`` around
         its statements.
     executor : optional
         Computes in their place, and is not shut down: an executor of concurrent.futures or
         mpi4py.futures, or a client of dask.distributed.
     progress : bool
-        Show a progress bar on standard error where that is a terminal.
+        Show a progress bar if standard error is a terminal.
     notify : callable, optional
-        Callback(str) for notices: which cells have failed, and why; they are tried again the next
-        time.
+        Callback(str) for notices: failed cells and their reasons; the next sweep computes them
+        again.
 
     Returns
     -------
     xarray.Dataset
-        A dimension for each swept key (or group of keys), called by the key with ``_`` for all but
-        letters and digits (``friction_coefficient``), with its values in SI; the outputs with these
-        dimensions, and their own ``step`` and ``asperity``. Cells that have failed hold NaN; then
-        ``failure`` says why.
+        One dimension for each swept key (or group of keys), named after the key with ``_`` for all
+        characters except letters and digits (``friction_coefficient``), with its values in SI; the
+        outputs have these dimensions and their own ``step`` and ``asperity``. Failed cells hold
+        NaN, and ``failure`` states their reasons.
 
     Raises
     ------
     InputError
-        A scenario or a sweep that cannot be used as it is; all cells have failed.
+        A scenario or a sweep that cannot be used; all cells have failed.
     OSError
-        A cell cannot be kept.
+        A cell cannot be stored.
 
     Examples
     --------
@@ -111,7 +111,7 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     ]
     notify_first(notices, "more cells have failed", notify)
     cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
-    # what is asked for first is what its picture shows
+    # the picture shows the first requested output
     return gather(scenario, grid, cells, reasons).assign_attrs(
         {"outputs": " ".join(requested)} if requested else {}
     )
@@ -158,21 +158,20 @@ def read_sweep(
 
 @attrs.frozen
 class Batch:
-    """Cells that a worker computes one after the other."""
+    """Cells that a worker computes in sequence."""
 
     scenario: Scenario
     outputs: tuple[str, ...]
     store: Path | None
     cells: tuple[tuple[int, str, Point], ...]  #: the name is that in the store
-    #: wait for cells that another process is computing, instead of passing them over
+    #: wait for cells that another process is computing, instead of skipping them
     wait: bool = False
 
 
 def compute_batch(batch: Batch) -> list[xr.Dataset | str | None]:
     """Return the cells of a batch; a string if one has failed, None if another process is computing it.
 
-    Cells are kept as they end, and read where they are there. One that cannot be kept is an
-    OSError.
+    Completed cells are stored, and stored cells are read. OSError if a cell cannot be stored.
     """
     return [_compute_cell(batch, name, point) for _, name, point in batch.cells]
 
@@ -199,13 +198,13 @@ def _attempt(batch: Batch, point: Point) -> xr.Dataset | str:
         return cell(batch.scenario, point, batch.outputs)
     except HistorySimError as error:
         return str(error)
-    except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
+    except Exception as error:  # noqa: BLE001 - one failure does not stop the others
         return f"{type(error).__name__}: {error}"
 
 
 @attrs.define
 class _Plan:
-    """The cells of a sweep: those that are kept already, and those that are to be computed."""
+    """The cells of a sweep: stored, computed and missing ones."""
 
     scenario: Scenario
     outputs: tuple[str, ...]

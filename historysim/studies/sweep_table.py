@@ -39,7 +39,7 @@ def gather(
     """Combine the cells of a grid, in the order of its points, into a Dataset; InputError if all have failed.
 
     A cell that has failed is None, with its reason by position. Steps that a cell does not have are
-    filled with NaN; the rows of an asperity stand under its label.
+    filled with NaN; the rows of an asperity are stored under its label.
     """
     computed = [cell for cell in cells if cell is not None]
     if not computed:
@@ -97,7 +97,7 @@ def _words(dims: Sequence[Hashable]) -> str:
 
 
 def failures(grid: Grid, reasons: Sequence[str], long_name: str) -> xr.Variable:
-    """Return the reasons why there is nothing at some points of a grid, empty at the others."""
+    """Return the reasons of missing values at the points of a grid, empty at the others."""
     return xr.Variable(
         grid.dims, np.reshape(reasons, grid.shape), {"long_name": long_name}, {"dtype": "S1"}
     )
@@ -128,7 +128,7 @@ def _stack_variable(
     is_complete = len(variables) == len(cells) and all(
         variable.shape == shape for variable in variables.values()
     )
-    # what is filled up needs a NaN
+    # missing rows are NaN
     values = np.full(
         (len(cells), *shape),
         0 if is_complete else np.nan,
@@ -143,7 +143,7 @@ def _stack_variable(
         )
         values[index, ...][np.ix_(*where)] = variable.values
     dims = (*grid.dims, *map(str, model.dims))
-    # flags have the type of what they are flags of
+    # flags have the type of their variable
     flags = {
         key: np.asarray(value, values.dtype)
         for key, value in model.attrs.items()
@@ -338,7 +338,7 @@ def drift_along(
     if name not in table or along not in table[name].dims:
         numbers = [str(key) for key, values in table.data_vars.items() if along in values.dims]
         raise InputError(
-            f"{name!r} is no number of this sweep along {along}; {nearest(name, numbers)}"
+            f"{name!r} is not a number of this sweep along {along}; {nearest(name, numbers)}"
         )
     changed = abs(table[name] - table[name].isel({along: 0}, drop=True))
     text = table[name].attrs.get("long_name", name)
@@ -351,7 +351,7 @@ def drift_along(
 
 def _check_dimension(table: xr.Dataset, along: str) -> None:
     if not isinstance(table, xr.Dataset):
-        raise InputError(f"{brief(table)} is no sweep; expected the Dataset of hs.sweep")
+        raise InputError(f"{brief(table)} is not a sweep; expected the Dataset of hs.sweep")
     if along not in table.dims:
         dims = [str(dim) for dim in table.dims]
-        raise InputError(f"{along!r} is no dimension of this sweep; {nearest(along, dims)}")
+        raise InputError(f"{along!r} is not a dimension of this sweep; {nearest(along, dims)}")

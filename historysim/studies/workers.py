@@ -26,7 +26,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 WORKERS_OF_ANY = 256  # workers that are assumed for an executor without a number of them
-AHEAD = 2  # tasks that each worker is given before it has ended its first, so that none ever waits
+AHEAD = 2  # tasks submitted for each worker, so that none waits
 
 
 class BrokenError(HistorySimError):
@@ -35,27 +35,27 @@ class BrokenError(HistorySimError):
 
 @final
 class Processes(ProcessPoolExecutor):
-    """Processes on this machine, which end when this one does, however it ends, or gives them up."""
+    """Processes on this machine, which end with this process in any case, or when they are released."""
 
     def __init__(self, count: int) -> None:
-        # a fork of a process with threads may hang; new ones import what they need once each
+        # a fork of a process with threads may hang; each new process imports its modules once
         context = multiprocessing.get_context("spawn")
-        self._given_up, self._alive = context.Pipe(duplex=False)
-        super().__init__(count, mp_context=context, initializer=_begin, initargs=(self._given_up,))
+        self._released, self._alive = context.Pipe(duplex=False)
+        super().__init__(count, mp_context=context, initializer=_begin, initargs=(self._released,))
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Submit a task; an interrupt is for this process alone, also while others start."""
         with _without_interrupts():
             return super().submit(fn, *args, **kwargs)
 
-    def give_up(self) -> None:
+    def release(self) -> None:
         """End the processes immediately."""
         self._alive.close()
 
 
 @contextlib.contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Have an interrupt wait, for this thread and for processes that it starts."""
+    """Delay interrupts of this thread and of processes that it starts."""
     if sys.platform == "win32":
         yield
         return
@@ -66,12 +66,12 @@ def _without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
 
-def _begin(given_up: multiprocessing.connection.Connection) -> None:
-    """Let a process end with the one that started it, which alone takes interrupts."""
+def _begin(released: multiprocessing.connection.Connection) -> None:
+    """End a process with its parent, which alone handles interrupts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=_end_with, args=(parent.sentinel, given_up), daemon=True).start()
+        threading.Thread(target=_end_with, args=(parent.sentinel, released), daemon=True).start()
 
 
 def _end_with(*sentinels: "int | multiprocessing.connection.Connection") -> None:
@@ -93,7 +93,7 @@ def open_executor(
     if isinstance(executor, Executor):
         yield executor, getattr(executor, "_max_workers", WORKERS_OF_ANY)
     elif hasattr(executor, "get_executor"):
-        # a client of dask.distributed; the same task may be given twice, and shall be carried out
+        # a client of dask.distributed; a task that is submitted twice is executed
         # twice
         yield executor.get_executor(pure=False), WORKERS_OF_ANY
     elif executor is not None:
@@ -115,7 +115,7 @@ def ending(executor: Executor) -> Iterator[Executor]:
         yield executor
     except BaseException as error:
         if isinstance(executor, Processes) and not isinstance(error, Exception):
-            executor.give_up()
+            executor.release()
         executor.shutdown(wait=True, cancel_futures=True)
         raise
     executor.shutdown()
@@ -124,7 +124,7 @@ def ending(executor: Executor) -> Iterator[Executor]:
 def outcomes(
     function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, at_once: int
 ) -> Iterator[tuple[int, R]]:
-    """Yield the index of each task with its result, as they end; `BrokenError` where a process was killed."""
+    """Yield the index of each task with its result, as they end; `BrokenError` if a process was killed."""
     if executor is None:
         yield from enumerate(map(function, tasks))
         return
@@ -136,13 +136,13 @@ def outcomes(
                 running[executor.submit(function, task)] = index
                 waiting.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
-            # what has ended before a process was killed comes first
+            # tasks that ended before a process was killed come first
             for future in sorted(done, key=lambda finished: finished.exception() is not None):
                 yield running[future], future.result()
                 del running[future]
     except BrokenExecutor as error:
         raise BrokenError(
-            "a process was killed, perhaps for lack of memory; take fewer workers"
+            "a process was killed, perhaps for lack of memory; use fewer workers"
         ) from error
 
 

@@ -159,7 +159,7 @@ def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
     assert notices == [f"cell 1 (friction.load = total) failed: {why}"]
     assert found.drift.isnull().values.tolist() == [False, True]
     assert found.present_friction.dims == ("friction_load", "step", "asperity")
-    with refused(r"slid_distance: this scenario has none; expected record\.sliding = true"):
+    with refused(r"slid_distance: is not in the history of this scenario; expected record\.sliding = true"):
         hs.sweep(ball, {"friction.exponent": [0]}, outputs=["slid_distance"])
 
 
@@ -242,7 +242,7 @@ def test_invalid_sweeps_are_refused_before_anything_is_computed(ball, tmp_path):
 def test_an_output_that_the_scenario_has_not(ball):
     found = hs.sweep(ball, {"record.asperities": ["all", "totals"]}, outputs=["slip_state"])
     assert '"totals"; expected others' in str(found.failure[1].values)
-    with refused("drive_displacement: this scenario has none"):
+    with refused("drive_displacement: is not in the history of this scenario"):
         hs.sweep(ball, {"friction.coefficient": [0.1]}, outputs=["drive_displacement"])
 
 

@@ -52,11 +52,11 @@ def test_drift_along_a_dimension(found):
 
 
 def test_what_is_not_there_is_reported(found):
-    with refused("'lod' is no dimension of this sweep; did you mean 'load'"):
+    with refused("'lod' is not a dimension of this sweep; did you mean 'load'"):
         hs.sweep_statistics(found, "lod")
-    with refused("'lod' is no dimension"):
+    with refused("'lod' is not a dimension"):
         hs.drift_along(found, "lod")
-    with refused("'drfit' is no number of this sweep along load; did you mean 'drift'"):
+    with refused("'drfit' is not a number of this sweep along load; did you mean 'drift'"):
         hs.drift_along(found, "load", "drfit")
     with refused(r"quantiles are \(2,\); expected numbers from 0 to 1"):
         hs.sweep_statistics(found, quantiles=(2,))
