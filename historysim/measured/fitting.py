@@ -301,32 +301,44 @@ def _note_on_outliers(outliers: int, rest: int) -> list[str]:
     ]
 
 
+@attrs.frozen
+class LoopRange:
+    """Range of a channel between its turning points."""
+
+    middle: float
+    half_range: float
+
+    @classmethod
+    def from_turns(cls, channel: Floats, turns: Integers) -> "LoopRange":
+        """Return the range between the medians of the turning points on either side."""
+        first, second = (float(np.median(channel[turns[side::2]])) for side in (0, 1))
+        return cls((first + second) / 2, abs(first - second) / 2)
+
+
 def check_start(observation: Observation) -> list[str]:
     """Return a note if a record begins in the middle of a stroke: the model begins unloaded."""
     turns = observation.turns[1:-1]
     if turns.size < 2 or observation.forgets:
         return []
-    channels = observation.tangential_load, observation.displacement
-    ends = [
-        [float(np.median(channel[turns[start::2]])) for start in (0, 1)] for channel in channels
-    ]
-    (load, half_load), (middle, half_stroke) = (
-        ((value + second) / 2, abs(value - second) / 2) for value, second in ends
-    )
-    first_load = float(observation.tangential_load[0])
+    load = LoopRange.from_turns(observation.tangential_load, turns)
+    displacement = LoopRange.from_turns(observation.displacement, turns)
+    if load.half_range == 0.0:
+        return []
+
     # an unloaded contact has zero load, or the offset of the load; one-sided loops have another
     # middle
-    begins = min(abs(first_load), abs(first_load - load))
-    centred = observation.start_sample > 0 and abs(middle) <= CENTRED * half_stroke
-    if (
-        not half_load
-        or centred
-        or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise)
-    ):
+    first_load = float(observation.tangential_load[0])
+    initial_load = min(abs(first_load), abs(first_load - load.middle))
+    negligible_load = max(AT_REST * load.half_range, SURE_OF_NOISE * observation.load_noise)
+    starts_centred = (
+        observation.start_sample > 0
+        and abs(displacement.middle) <= CENTRED * displacement.half_range
+    )
+    if initial_load <= negligible_load or starts_centred:
         return []
     text = (
-        f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "
-        "the loops away from zero, and the model begins without a load; displacement_offset among the "
+        f"the record does not begin at rest: its first load is {100 * initial_load / load.half_range:.3g} % of half "
+        "the height of the loops away from zero, and the model begins without a load; displacement_offset among the "
         'parameters of [fit] finds the displacement without a load; where the contact slides, past = "unknown" in '
         "[loading] compares the samples that do not depend on what was before the record"
     )

@@ -17,7 +17,7 @@ from historysim.measured import intervals
 from historysim.measured.branch_shape import are_level, average_branches
 from historysim.measured.branches import Trace
 from historysim.measured.loop_table import CONFIDENCE
-from historysim.measured.loop_values import DAMPER, LoopValues
+from historysim.measured.loop_values import DAMPER, QUANTITIES, LoopValues
 from historysim.measured.reduction import (
     FEWEST_SAMPLES,
     FEWEST_SPIKES,
@@ -183,31 +183,23 @@ def drift_notes(loops: LoopValues) -> Iterator[str]:
     if len(loops.by_load()) > 1 or loops.no_friction or loops.parallel_stiffness > 0:
         return
     has_coefficient = np.isfinite(loops.friction_coefficient).any()
-    quantity, label, unit = (
-        ("friction_coefficient", "friction coefficient", "1")
-        if has_coefficient
-        else ("friction_force", "friction force", "N")
-    )
-    wander = loops.wander(quantity)
-    mean = loops.statistics(quantity).mean
+    name = "friction_coefficient" if has_coefficient else "friction_force"
+    wander = loops.wander(name)
+    mean = loops.statistics(name).mean
     if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
         return
-    times = [
-        quantity_text(time, "s", 4)
-        for time in loops.trace.time[loops.ends[[0, -1], [0, 2]]].tolist()
-    ]
-    course = (
-        f"; [friction.course] with time = {times} and these coefficients models it".replace(
-            "'", '"'
-        )
-        if has_coefficient
-        else ""
-    )
+    course = ""
+    if has_coefficient:
+        ends = loops.trace.time[loops.ends[[0, -1], [0, 2]]].tolist()
+        times = ", ".join(f'"{quantity_text(time, "s", 4)}"' for time in ends)
+        course = f"; [friction.course] with time = [{times}] and these coefficients models it"
+    quantity = QUANTITIES[name]
+    unit = quantity.unit
     start, end = (quantity_text(mean + sign * wander.rise / 2, unit) for sign in (-1, 1))
     low, high = (quantity_text(wander.rise + sign * wander.rise_reach, unit) for sign in (-1, 1))
     yield (
-        f"the {label} drifts, from {start} at the start to {end} at the end of the record, by {low} to {high} (95 %); "
-        f"its mean and the interval of it are those of the middle{course}"
+        f"the {quantity.label} drifts, from {start} at the start to {end} at the end of the record, by {low} to {high} "
+        f"(95 %); its mean and the interval of it are those of the middle{course}"
     )
 
 
