@@ -339,3 +339,9 @@ def _started_ends_well(read: Callable[[Path], None], path: Path, seconds: int) -
         # a program that embeds Python, a full process table
         return None
     return _interpret_reports(done.stdout)
+
+
+def log_message(logger: str, level: str, text: str, *arguments: object) -> None:
+    """Log a message at a level, as "info"; only if the program uses `logging`, whose import takes long."""
+    if (logging := sys.modules.get("logging")) is not None:
+        getattr(logging.getLogger(logger), level)(text, *arguments, stacklevel=2)

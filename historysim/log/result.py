@@ -5,7 +5,6 @@ A snapshot is a state from which a replay can start. It saves time, and is never
 
 import hashlib
 import json
-import logging
 import sys
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,7 +21,7 @@ from historysim._version import __version__
 from historysim.basics.fields import choice
 from historysim.basics.files import replacing, write_errors
 from historysim.basics.hdf5 import check_contained
-from historysim.basics.system import resolve_threads
+from historysim.basics.system import log_message, resolve_threads
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
 
     from historysim.asperities.state import State
 
-logger = logging.getLogger(__name__)
 
 LARGE = 200e6  # bytes of a result from which its size is announced
 # Asperities times rows between snapshots by default, and the most rows: some seconds of replay.
@@ -121,7 +119,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         )
     job = options.apply_record(head.replay(content.events, options.threads))
     link = digest_attribute(content.links[-1])
-    logger.info("%s: %r", file.path, job)
+    log_message(__name__, "info", "%s: %r", file.path, job)
 
     def write_groups(into: "netCDF4.Dataset") -> None:
         if head.surface:
@@ -167,8 +165,13 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
                 # rows before the snapshot, which states that they are on the disk
                 target.flush()
                 spacing.widen(add_snapshot(file, content, cursor, state, rows))
-                logger.debug(
-                    "%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps
+                log_message(
+                    __name__,
+                    "debug",
+                    "%s: snapshot after %d of %d steps",
+                    file.path,
+                    cursor.rows,
+                    target.steps,
                 )
                 unfinished.saved_rows = cursor.rows
 
@@ -189,7 +192,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             ):
                 target.copy_rows(unfinished.path)
                 target.finish()
-        logger.info("%s: written, %d bytes", output, output.stat().st_size)
+        log_message(__name__, "info", "%s: written, %d bytes", output, output.stat().st_size)
 
 
 def current_time_text() -> str:

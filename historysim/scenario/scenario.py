@@ -1,7 +1,6 @@
 """A scenario: materials, surface, friction, loading and recording options from one TOML file."""
 
 import functools
-import logging
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from historysim.asperities.asperity_set import require_asperities
 from historysim.asperities.body import Body, Feature
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.limits import at_most, most
+from historysim.basics.system import log_message
 from historysim.basics.wording import Notify, brief, html_table, shell_word, silent
 from historysim.contact import hertz
 from historysim.errors import InputError, LoadError, error_path, field_error
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from historysim.contact.materials import MaterialPair
     from historysim.measured.reduction import Measurement
     from historysim.scenario.loading_kinds.measured_loading import MeasuredLoading
-
-logger = logging.getLogger(__name__)
 
 
 class BuiltScenario(NamedTuple):
@@ -154,7 +152,13 @@ class Scenario:
             for notice in surface.notices:
                 notify(f"{self.path.name}: {notice}")
         events = as_events(self.events(notify))
-        logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
+        log_message(
+            __name__,
+            "info",
+            "%s: the surface is made, %d events are read",
+            self.path.name,
+            len(events),
+        )
         if surface.solutions is None and (surface.interacts or surface.ball_radius):
             surface = _surface_at_largest_load(self, surface, events, notify)
         with located_errors(self.path.name):

@@ -1,6 +1,5 @@
 """Sweeps: a scenario at many points, each computed once and stored as a cell, combined in one Dataset."""
 
-import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import attrs
 import xarray as xr
 
+from historysim.basics.system import log_message
 from historysim.basics.wording import Notify, progress_bar, silent
 from historysim.errors import HistorySimError, InputError, error_path
 from historysim.scenario.grid import Grid, Point, build_grid
@@ -18,8 +18,6 @@ from historysim.studies.cell import cell, chosen_outputs
 from historysim.studies.store import Store, digest
 from historysim.studies.sweep_table import find_mismatches, gather, swept_coordinates
 from historysim.studies.workers import AHEAD, BrokenError, open_executor, outcomes
-
-logger = logging.getLogger(__name__)
 
 MOST_CELLS_IN_A_BATCH = 16  # overhead of a task: some tenths of a millisecond
 FEWEST_BATCHES_OF_A_WORKER = 8  # so that all workers end at about the same time
@@ -99,7 +97,9 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep] and the options of its executi
     notices = [f"{path}: is damaged, ignored; the cell is computed again" for path in plan.damaged]
     notify_first(notices, "damaged cells are ignored", notify)
     stored = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
-    logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", stored)
+    log_message(
+        __name__, "info", "%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", stored
+    )
     try:
         plan.carry_out(executor, workers, progress=progress)
     except KeyboardInterrupt as error:
@@ -186,7 +186,7 @@ def _compute_cell(batch: Batch, name: str, point: Point) -> xr.Dataset | str | N
         # another process may have ended it meanwhile
         if (stored := store.read(name)) is not None:
             return stored
-        logger.info("cell %s: %s", name, point)
+        log_message(__name__, "info", "cell %s: %s", name, point)
         outcome = _attempt(batch, point)
         if not isinstance(outcome, str):
             store.write(name, outcome)
