@@ -47,12 +47,12 @@ class Law(QuantityFields, abc.ABC):
 
     __slots__ = ()
 
-    registry: ClassVar[Registry[Any]]  #: all laws of its sort by their names
+    registry: ClassVar[Registry[Any]]  #: all laws of its type by name
     kind: ClassVar[str]  #: its name in scenarios and logs
-    #: its name in the C library; None of a law of your own
+    #: its name in the C library; None for a user-defined law
     library_kind: ClassVar[str | None] = None
-    struct: ClassVar[str]  #: what the library has it in: "law", "wear" or "yielding"
-    answers: ClassVar[str]  #: the method that a law of your own has
+    struct: ClassVar[str]  #: its field of ``hs_evolution``: "law", "wear" or "yielding"
+    answers: ClassVar[str]  #: the method that a user-defined law implements
 
     @property
     @abc.abstractmethod
@@ -151,15 +151,15 @@ class Loaded:
 class FrictionLaw(Law):
     """A friction law.
 
-    The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as
-    a whole at its present load, T_max = μ(N) N: how the limit is spread over its contact stays that
-    of the pressure. This is a choice of the model, common to all laws that depend on the load.
+    Coulomb's cone |τ| ≤ μ p has the coefficient of the whole asperity at its present load, T_max =
+    μ(N) N: over the contact the limit remains proportional to the pressure. This is an assumption
+    of the model, common to all laws that depend on the load.
     """
 
     registry: ClassVar[Registry[Any]] = LAWS
     struct, answers = "law", "coefficients"
-    #: What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid"
-    #: (what it slid).
+    #: Argument of the law: "nothing", "total" (the total load), "own" (the asperity's load), "slid"
+    #: (its slid distance).
     depends_on: ClassVar[str]
     #: Whether it has the same bits on every machine: it only adds, multiplies, divides and takes
     #: square roots.
@@ -273,20 +273,20 @@ def make_evolution(
 ) -> Iterator[Any]:
     """Yield the ``hs_evolution`` of the laws for one call; afterwards raise errors of a user-defined law.
 
-    The radii are those of the summits before they yielded [m] (asperity).
+    ``virgin_radius`` are the radii of the summits before they yielded [m] (asperity).
     """
     raised: list[BaseException] = []
     evolution = ffi.new("hs_evolution *")
     evolution.contact_modulus, evolution.goal_fraction = pair.contact_modulus, 1.0
     evolution.count, evolution.follow_sliding = virgin_radius.size, follow_sliding
-    # what the struct points to has to live as long as it does
+    # arrays that the struct points to have to live as long as it does
     owners: list[Any] = []
     if goal is not None:
         owners.append(pointer(goal.coefficients))
         evolution.goal, evolution.goal_fraction = owners[-1], goal.fraction
     for law in laws:
         struct = getattr(evolution, law.struct)
-        # a law that the library does not know is asked in Python
+        # a law that the library does not know is evaluated in Python
         kind = law.library_kind or f"HS_CALLERS_{law.struct.upper()}"
         fields = law.core(pair) | {"kind": kind}
         if law.struct == "yielding":

@@ -57,11 +57,11 @@ def run_in(
 
     In each pass the summits of the map are found (by ``find``, or the 9-point rule), pressed on,
     and those that yield are flattened: within the circle of contact the map is cut down to the
-    paraboloid that is left. Then the flat slides, all of them wear, with the load shared as they
-    do, and the cap that each loses is cut off the map. Hardness stays what it was. A contact
-    smaller than a pixel changes the point of its summit alone: radii then follow from that point
-    and its neighbours. What is cut off is "lost", or "conserved": it raises all points that were
-    not cut by one height, as displaced material does (Pullen and Williamson 1972).
+    paraboloid that is left. Then the flat slides, all summits in contact wear and share the load,
+    and the cap that each loses is cut off the map. Hardness does not change. A contact smaller than
+    a pixel changes only the point of its summit: radii then follow from that point and its
+    neighbours. The removed volume is "lost", or "conserved": it raises all other points by one
+    height, as displaced material does (Pullen and Williamson 1972).
 
     Raises InputError: numbers out of range, another word, a map without summits, or neither
     yielding nor wear.

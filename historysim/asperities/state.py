@@ -231,8 +231,8 @@ class State(WholeContact, SavedState):
     def stiffness(self, direction: Any = None) -> Any:
         """Return dT/dU at a fixed approach for a displacement that continues in a direction [N/m].
 
-        Springs that slide in that direction take no part; those that slide the other way stick
-        again. The direction is 1 for a growing displacement, -1 for a falling one. In two
+        Springs that slide in that direction do not contribute; springs that slide in the opposite
+        direction stick again. The direction is 1 for a growing displacement, -1 for a falling one. In two
         directions it is a pair of any length, by default (0, 0), for the springs that stick now;
         the result is a matrix (direction, direction). Another direction raises InputError.
         """
@@ -274,10 +274,10 @@ class State(WholeContact, SavedState):
     def shortest_history(self) -> "list[Any]":
         """Return events that lead an untouched contact into this state, with the same future.
 
-        The memory is its own shortest history: the contact is pressed along the polyline that it
-        remembers, from vertex to vertex, with a rising approach and without any slip or
-        dissipation. Displacements are those of the contact, without an instrument, at the times 0,
-        1, 2, … [s]. Each channel ends under its last control, except that a contact that slides as
+        The memory itself is the shortest history: the contact is pressed along the remembered
+        polyline, from vertex to vertex, with a rising approach and without slip or dissipation.
+        Events have displacements of the contact, without an instrument, at the times 0, 1, 2, …
+        [s]. Each channel ends under its last control, except that a contact that slides as
         a whole ends at its displacement.
 
         Raises

@@ -23,7 +23,7 @@ _step = lib.hs_stepper_step
 X, Y, START, HAS_MOVED, TURN_COUNT = 2, 4, 6, 7, 8
 HELD = math.nan  # target of a channel that is held as it was controlled last
 SteppedBody = Any  # an `IntegratedBody`, whose module imports this one
-HELD_CHANNEL: Any = LOAD, HELD  # as the library takes it, whatever the control
+HELD_CHANNEL: Any = LOAD, HELD  # the library ignores the control of a held channel
 Target = float | tuple[float, float] | Floats
 Control = int | tuple[int, int]
 
@@ -53,7 +53,7 @@ def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and 
         raise InputError(
             f"both {name}_load and {name}_displacement are given; expected one of them"
         )
-    # of NaN each comparison is false, and `workable` names what is wrong
+    # each comparison with NaN is false, and `workable` reports it
     if isinstance(value, float) and minimum <= value <= LARGEST and value >= -LARGEST:
         return kind, value
     if (
@@ -199,12 +199,12 @@ class Totals(NamedTuple):
 class Stepper(WholeContact):
     """A state that is stepped in place, for tight loops of a controller or an integrator.
 
-    `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a
-    cost that does not grow with the depth of the memory. Where asperities evolve each step costs
-    what it costs there. It moves in two tangential directions from the first pair of targets on, or
-    at once with an instrument of two stiffnesses. It can be pickled. Each step overwrites the
-    state: `save` first where a step may be undone, such as a trial inside an integrator's stages.
-    It is of one thread at a time: another one that comes in meanwhile gets an error.
+    `Ensemble.stepper` creates it. Its bits are those of `Ensemble.advance` and of a replay, at a cost
+    that does not grow with the depth of the memory; a step of evolving asperities costs as much as
+    there. It moves in two tangential directions from the first pair of targets on, or from the
+    start with an instrument of two stiffnesses. It can be pickled. Each step overwrites the state:
+    `save` it first if a step may be undone, such as a trial inside an integrator's stages. Only one
+    thread may use it at a time; a second one gets an error.
 
     C code steps its ``memory``, unless asperities evolve or a spring is in parallel:
     ``hs_step(memory, …, drive, …)``; the address is ``int(ffi.cast("intptr_t", memory))``. Where

@@ -37,15 +37,14 @@ register = YIELDING_LAWS.register
 class YieldingLaw(Law):
     """A law of first loading: load and contact radius of a summit at an approach, beyond the onset of yield.
 
-    What is elastic afterwards follows from it, for all laws: the Hertz contact through the largest
-    load N, with the contact radius a there (Tabor 1948). The summit then has the radius R' = 4 E*
-    a³/(3 N), and is lowered by what its approach is more than a²/R'. Unloading, reloading up to
-    that load, and everything tangential are those of this summit. It is a model: the pressure under
-    a summit that yields is flatter than Hertz's, unloading is not quite elastic (finite elements
-    leave 6 to 23 % more of the approach, Etsion, Kligerman and Kadin 2005), and asperities yield
-    alone.
+    Elastic unloading follows from it, for all laws: the Hertz contact through the largest load N,
+    with the contact radius a there (Tabor 1948). The summit then has the radius R' = 4 E* a³/(3 N),
+    and is lowered by the approach in excess of a²/R'. Unloading, reloading up to that load, and all
+    tangential quantities refer to this summit. It is a model: the pressure under a summit that
+    yields is flatter than Hertz's, unloading is not quite elastic (finite elements leave 6 to 23 %
+    more of the approach, Etsion, Kligerman and Kadin 2005), and asperities yield alone.
 
-    A law of your own has `critical_approach` and `first_loading`, for arrays.
+    A user-defined law implements `critical_approach` and `first_loading`, for arrays.
     """
 
     registry = YIELDING_LAWS
@@ -104,15 +103,16 @@ def _a_ratio(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None
 
 @attrs.frozen(kw_only=True)
 class HardnessLaw(YieldingLaw):
-    """A law with the hardness of the softer material, and Poisson's ratio of it.
+    """A law with the hardness and Poisson's ratio of the softer material.
 
     Parameters
     ----------
     hardness : float, optional
-        H > 0 [Pa]; by default that of the pair's softer material, or 2.8 times its yield stress.
+        H > 0 [Pa]; by default the hardness of the pair's softer material, or 2.8 times its yield
+        stress.
     poissons_ratio : float, optional
-        ν from 0 to 0.5; by default that of the material with this hardness, or 0.3 for a pair of
-        moduli alone.
+        ν from 0 to 0.5; by default Poisson's ratio of the material with this hardness, or 0.3 for a
+        pair given by moduli.
     """
 
     hardness: Pressure | None = attrs.field(
@@ -124,8 +124,8 @@ class HardnessLaw(YieldingLaw):
         default=None, converter=attrs.converters.optional(as_float), validator=_a_ratio
     )
 
-    source: ClassVar[str]  #: where it comes from
-    how: ClassVar[str]  #: what is chosen
+    source: ClassVar[str]  #: its publication
+    how: ClassVar[str]  #: description of the chosen parameters
 
     def of(self, pair: MaterialPair) -> Self:
         """Return the law with missing hardness and Poisson's ratio taken from a pair."""

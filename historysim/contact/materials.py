@@ -77,8 +77,7 @@ _POSITIVE = at_least(0.0, above=True)
 _ISOTROPIC: Any = None  # the shear modulus that follows from the other two
 _POSITIVE_IF_KNOWN = attrs.validators.optional(_POSITIVE)
 
-# Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as
-# rigid.
+# Range of Young's modulus and hardness [Pa]: from a soft gel to a practically rigid body.
 _LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
 
 
@@ -227,9 +226,8 @@ def _load_materials() -> tuple[Mapping[str, Material], Mapping[str, Material]]:
 
 # The built-in materials by name, from the table next to this module. The first six are Table B.1 of
 # Winogrodzka's thesis, in which alumina and sapphire are one row, with hardness of other sources.
-# The rest are rounded values of the kind that is meant, as its source says; those of a batch differ
-# by some per cent in E, and by a quarter in hardness. Toughness is rounded from makers' data: the
-# order of what cracks.
+# The rest are rounded typical values from the stated source; batches differ by some per cent in E and
+# by a quarter in hardness. Toughness is rounded from manufacturers' data: an order of magnitude.
 _BY_NAME, _BY_KEY = _load_materials()
 MATERIALS: Final = _BY_NAME
 

@@ -32,9 +32,9 @@ ROUNDING = 1e-11  # gap over the approach that is taken for rounding
 class HalfSpace:
     """A height map on an elastic half-space, dimensionless: lengths over the rms height, pressures over E*.
 
-    A surface that repeats is solved as repeating: approaches then are measured against the mean
-    displacement of the half-space. Any other is solved as alone, approaches against what is far
-    away. By constrained conjugate gradients (Polonsky and Keer, *Wear* 231 (1999) 206-219),
+    A periodic surface has approaches relative to the mean displacement of the half-space; any other
+    surface is isolated, with approaches relative to points far away. Solved by constrained
+    conjugate gradients (Polonsky and Keer, *Wear* 231 (1999) 206-219),
     preconditioned by the wave number.
     """
 

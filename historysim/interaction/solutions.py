@@ -88,14 +88,16 @@ STEP = 1.12  # loads that are solved by conjugate gradients, one over the one be
 FIRST_PRESSURE = 1e-4
 ABOVE = 1.001  # largest solved load over the requested load
 MOST_DOUBLINGS = 40
-ITERATIONS = 20  # iterations of the conjugate gradients that a load takes, after the one before it
-LONG = 30.0  # time that is announced before it begins [s]
-MUCH = 2**30  # memory that is announced before it is taken [bytes]
+ITERATIONS = (
+    20  # iterations of the conjugate gradients for a load, from the solution for the previous one
+)
+LONG = 30.0  # expected time above which the user is notified [s]
+MUCH = 2**30  # expected memory above which the user is notified [bytes]
 BYTES = 118 * 2**20  # memory of the program, and of a contact of few points
-# what is held of each point of a map that repeats, and of any other
+# bytes in memory for each point of a periodic map, and of any other
 POINT_BYTES = {True: 96, False: 216}
-PRESSURE_BYTES = 24  # what is held of the pressure of a point in contact under a load
-# A/A0 over p/(E* h'), with the rms slope h' of the map: about that while little of it touches
+PRESSURE_BYTES = 24  # bytes of the pressure of a point in contact under a load
+# A/A0 over p/(E* h'), with the rms slope h' of the map, for small contact areas
 AREA_PER_PRESSURE = 2.2
 # Change of the contact area without every second point, from which areas and patches are those of
 # the grid.

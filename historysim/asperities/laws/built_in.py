@@ -83,8 +83,8 @@ class ShearStrength(FrictionLaw):
     """Friction of a constant interfacial shear strength τ0 on the contact area of each asperity: T_max = τ0 A.
 
     Bowden and Tabor (1950). On a sphere in Hertz contact μ varies as N^(-1/3). The tractions
-    themselves stay those of Coulomb's law with that coefficient, μ p: the strength limits the
-    asperity as a whole and not each point.
+    remain limited by Coulomb's law with that coefficient, μ p: the strength limits the asperity as
+    a whole and not each point.
 
     Parameters
     ----------
@@ -92,9 +92,9 @@ class ShearStrength(FrictionLaw):
         τ0 ≥ 0 [Pa].
     area : {"hertz", "jkr"}
         Area at the normal load: of Hertz, or of Johnson, Kendall and Roberts (1971) with a work of
-        adhesion. The contact itself stays that of Hertz: JKR is taken for the limit alone.
+        adhesion. The contact itself remains Hertzian: only the limit uses JKR.
     work_of_adhesion : float, optional
-        W ≥ 0 [J/m²], for "jkr"; at 0 its area is that of Hertz.
+        W ≥ 0 [J/m²], for "jkr"; at 0 the area is the Hertzian one.
 
     Examples
     --------
