@@ -51,7 +51,7 @@ PULL = hs.attraction.DMT(work_of_adhesion=1e-4)
 
 @mark.parametrize("case", CASES)
 def test_no_past_is_outside_the_bounds(case):
-    """300 random pasts in all cases together, which end where the contact, or its drive, is at first."""
+    """120 random pasts in all cases together, which end where the contact, or its drive, is at first."""
     kind, several, options = CASES[case]
     attraction = PULL if case.endswith("attraction") else None
     ensemble = contact(several=several, attraction=attraction)
@@ -66,7 +66,7 @@ def test_no_past_is_outside_the_bounds(case):
     drive = options if kind is hs.TangentialDisplacement else {}
     place = job.state(until=0.0).approach
     random = np.random.default_rng(3)
-    for _ in range(50):
+    for _ in range(20):
         state = ensemble.initial_state()
         for _ in range(random.integers(1, 8)):
             target = {"normal_displacement": random.uniform(-2e-3, 0.05)}

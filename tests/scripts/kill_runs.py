@@ -42,7 +42,7 @@ def duration_of(workload, place, made):
 def kill_runs(kills, folder, seed=0):
     """Kill so many processes; return how many of each workload were killed."""
     generator = np.random.default_rng(seed)
-    made = sample(folder / "whole", LONG, ("repeat = 40", "repeat = 1"), EVERY)
+    made = sample(folder / "whole", LONG, ("repeat = 20", "repeat = 1"), EVERY)
     durations, killed = {}, dict.fromkeys(SHARES, 0)
     while sum(killed.values()) < kills:
         name = str(generator.choice(list(SHARES), p=list(SHARES.values())))

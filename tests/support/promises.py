@@ -40,7 +40,7 @@ substeps = 3
 [[loading.blocks]]
 waypoints = [{ after = 1, normal_load = 0.03 }]
 [[loading.blocks]]
-repeat = 40
+repeat = 20
 waypoints = [
     { after = 0.5, normal_load = 0.025 },
     { after = 0.5, tangential_displacement = 0.012 },
