@@ -526,3 +526,8 @@ def test_a_fork_before_the_loads_lets_them_begin_later(ensemble):
     events = [F(0.0, 0.3), N(5.0, 0.006)]
     state = hs.Replay(ensemble, events[:1]).state
     assert fork_waypoints(events[:1], 1.0, state, hs.Instrument()) == [N(1.0, 0.0)]
+
+
+def test_a_fork_has_the_time_at_which_a_load_leaves_the_friction_limit(ensemble):
+    events = [D(0.0, 0.01), T(0.0, 0.003), D(1.0, 0.03), T(1.0, 0.001)]
+    check_fork(ensemble, events, 0.9, 0.5, 1e-8, hs.Instrument())
