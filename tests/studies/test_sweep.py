@@ -159,7 +159,9 @@ def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
     assert notices == [f"cell 1 (friction.load = total) failed: {why}"]
     assert found.drift.isnull().values.tolist() == [False, True]
     assert found.present_friction.dims == ("friction_load", "step", "asperity")
-    with refused(r"slid_distance: is not in the history of this scenario; expected record\.sliding = true"):
+    with refused(
+        r"slid_distance: is not in the history of this scenario; expected record\.sliding = true"
+    ):
         hs.sweep(ball, {"friction.exponent": [0]}, outputs=["slid_distance"])
 
 
