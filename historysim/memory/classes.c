@@ -42,6 +42,9 @@
 #define MAX_REDUCTIONS 40
 /* Residual of the tangential target over the target; chosen, well above rounding. */
 #define TARGET_TOLERANCE 1e-12
+/* The same of the first stage, over the change of the target on the step; chosen, well below the
+ * error of a step. */
+#define STAGE_TOLERANCE 1e-5
 
 /* Set up the problem of a class for a stage with its edge at `edge`, on a step from `from`. */
 static void set_up_stage(hs_ring_class *ring_class, double from, double edge, double friction,
@@ -134,15 +137,18 @@ static double max_deflection(const hs_body *body, double edge) {
     return maximum;
 }
 
-/* True if the residual of a target is negligible; component by component if their units differ. */
-static int is_on_target(const hs_tangential_target *target, hs_vector residual, hs_vector load) {
+/* True if the residual of a target is negligible, or within `accepted`; component by component if
+ * their units differ. */
+static int is_on_target(const hs_tangential_target *target, hs_vector residual, hs_vector load,
+                        hs_vector accepted) {
     if (target->rigid.x == target->rigid.y)
-        return hs_norm(residual) <= TARGET_TOLERANCE * hs_norm(target->value);
-    double load_norm = hs_norm(load);
-    return fabs(residual.x) <=
-               TARGET_TOLERANCE * (target->rigid.x > 0.0 ? fabs(target->value.x) : load_norm) &&
-           fabs(residual.y) <=
-               TARGET_TOLERANCE * (target->rigid.y > 0.0 ? fabs(target->value.y) : load_norm);
+        return hs_norm(residual) <=
+               hs_max(TARGET_TOLERANCE * hs_norm(target->value), hs_norm(accepted));
+    double load_norm = hs_norm(load),
+           size_x = target->rigid.x > 0.0 ? fabs(target->value.x) : load_norm,
+           size_y = target->rigid.y > 0.0 ? fabs(target->value.y) : load_norm;
+    return fabs(residual.x) <= hs_max(TARGET_TOLERANCE * size_x, fabs(accepted.x)) &&
+           fabs(residual.y) <= hs_max(TARGET_TOLERANCE * size_y, fabs(accepted.y));
 }
 
 /* Displacement increment from the start of the step at which the tangential target is met; `load`
@@ -153,8 +159,11 @@ static int is_on_target(const hs_tangential_target *target, hs_vector residual, 
  * slope at its end is negative and larger than half the slope at its start. Steps are limited to
  * the largest deflection; a limited step doubles that bound. */
 static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment,
-                                 const hs_tangential_target *target, hs_vector *load) {
-    const hs_vector start = body->displacement;
+                                 const hs_tangential_target *target, int stage, hs_vector *load) {
+    const hs_vector start = body->displacement,
+                    change = tangential_residual(target, start, body->tangential_load),
+                    accepted =
+                        hs_add_scaled(zero_vector, stage == 1 ? STAGE_TOLERANCE : 0.0, change);
     const int is_x_prescribed = prescribes_x(target), is_y_prescribed = prescribes_y(target);
     double stiffness[2][2], max_step = max_deflection(body, edge);
     if (is_x_prescribed) increment.x = target->value.x - start.x;
@@ -176,7 +185,8 @@ static hs_vector solve_increment(hs_body *body, double edge, hs_vector increment
         double determinant = xx * yy - xy * yx;
         if (is_x_prescribed) residual.x = 0.0;
         if (is_y_prescribed) residual.y = 0.0;
-        if ((is_converged && is_on_target(target, residual, *load)) || is_cancelled(body)) break;
+        if ((is_converged && is_on_target(target, residual, *load, accepted)) || is_cancelled(body))
+            break;
         hs_vector step = {(yy * residual.x - xy * residual.y) / determinant,
                           (xx * residual.y - yx * residual.x) / determinant};
         hs_vector gradient = {weight_x * residual.x, weight_y * residual.y};
@@ -568,7 +578,8 @@ static int step_sdirk2(hs_body *body, const hs_plane_path *path, const hs_plane_
         hs_vector guess =
             hs_add_scaled(zero_vector, current->fraction - body->fraction, body->displacement_rate);
         if (stage == 2) guess = hs_add_scaled(zero_vector, 1.0 / SDIRK2_GAMMA, increment[0]);
-        increment[stage - 1] = solve_increment(body, edge, guess, &current->tangential, &load);
+        increment[stage - 1] =
+            solve_increment(body, edge, guess, &current->tangential, stage, &load);
         if (is_cancelled(body)) return HS_INTERRUPTED;
         for (int64_t c = 0; c < body->class_count; ++c) {
             hs_ring_class *ring_class = body->classes + c;

@@ -11,7 +11,7 @@
 
 /* Largest change of a traction in a Newton step, over its friction limit, after which the solution
  * has converged: the next one would be quadratically smaller; chosen. */
-#define NEWTON_TOLERANCE 1e-4
+#define NEWTON_TOLERANCE 1e-3
 /* Smallest stiffness of a ring over the slope of the normal load outside it; chosen. Where a normal
  * curve is straight no spring touches, and a ring would have no stiffness. */
 #define MIN_STIFFNESS_RATIO 1e-12
@@ -220,16 +220,28 @@ HS_WIDE static void sweep_gauss_seidel(hs_ring_problem *problem) {
     }
 }
 
-/* Cholesky factor U of a matrix UᵀU with `count` rows, in place; the upper half is given. Returns 0
- * if the matrix is not positive definite. */
+/* Cholesky factor U of a matrix UᵀU with `count` rows, in place; the upper half is given. Rows are
+ * eliminated by four, so that others are read and written once for four. Returns 0 if the matrix is
+ * not positive definite. */
 HS_WIDE static int factorise_cholesky(double *factor, int64_t stride, int32_t count) {
-    for (int32_t k = 0; k < count; ++k) {
-        double *row = factor + k * stride;
-        if (!(row[k] > 0.0)) return 0;
-        double root = sqrt(row[k]);
-        for (int32_t j = k; j < count; ++j) row[j] /= root;
-        for (int32_t i = k + 1; i < count; ++i)
-            add_row(factor + i * stride + i, -row[i], row + i, count - i);
+    for (int32_t first = 0; first < count; first += 4) {
+        int32_t stop = first + 4 < count ? first + 4 : count;
+        for (int32_t k = first; k < stop; ++k) {
+            double *row = factor + k * stride;
+            for (int32_t i = first; i < k; ++i)
+                add_row(row + k, -factor[i * stride + k], factor + i * stride + k, count - k);
+            if (!(row[k] > 0.0)) return 0;
+            double root = sqrt(row[k]);
+            for (int32_t j = k; j < count; ++j) row[j] /= root;
+        }
+        for (int32_t i = stop; i < count; ++i) {
+            const double *restrict a = factor + first * stride, *restrict b = a + stride,
+                                   *restrict c = b + stride, *restrict d = c + stride;
+            double *restrict row = factor + i * stride;
+            const double at_a = a[i], at_b = b[i], at_c = c[i], at_d = d[i];
+            for (int32_t j = i; j < count; ++j)
+                row[j] = row[j] - at_a * a[j] - at_b * b[j] - at_c * c[j] - at_d * d[j];
+        }
     }
     return 1;
 }
