@@ -8,7 +8,7 @@
 #include "slides.h"
 
 /* Iterations of Newton's method, at most; chosen. */
-#define MOST_ITERATIONS 20
+#define MAX_ITERATIONS 20
 
 /* Relative size of the correction of a chord up to which two, and three, nodes suffice; chosen. */
 static const double enough[2] = {2e-5, 2e-2};
@@ -138,7 +138,7 @@ static double curved_energy(const slip_energy *energy, const front_point *from,
                    width * t * (1.0 - t) * ((1.0 - t) * (slope0 - chord) - t * (slope1 - chord));
         hs_load front = hs_load_at(curve, a), edge = {0.0, 0.0};
         double load = from->at_edge.load + growth * (front.load - from->at_front.load);
-        for (int iteration = 0; iteration < MOST_ITERATIONS; ++iteration) {
+        for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
             edge = hs_load_at(curve, d);
             double step = edge.slope > 0.0 ? (load - edge.load) / edge.slope : 0.0;
             d = hs_max(d + step, hs_max(a, 0.5 * (d + h)));
