@@ -213,126 +213,54 @@ static int are_usable(const double *numbers, int64_t count, double unit) {
 
 static int is_control(int64_t control) { return control == HS_LOAD || control == HS_DISPLACED; }
 
-static int are_coefficients(const double *friction, int64_t count) {
+/* True if all numbers are from a lower limit to an upper one. */
+static int are_between(const double *numbers, int64_t count, double low, double high) {
     for (int64_t i = 0; i < count; ++i)
-        if (!(friction[i] >= 0.0 && friction[i] <= HS_MOST_FRICTION)) return 0;
+        if (!(low <= numbers[i] && numbers[i] <= high)) return 0;
     return 1;
 }
-
 static int all_finite(const double *numbers, int64_t count) {
-    for (int64_t i = 0; i < count; ++i)
-        if (!isfinite(numbers[i])) return 0;
-    return 1;
+    return are_between(numbers, count, -DBL_MAX, DBL_MAX);
 }
 
-/* Relative rounding of heights that have become gaps again, or of wear whose prediction was too
- * large and is taken back; chosen. */
-#define HEIGHT_ROUNDING 1e-6
-
-/* True if the vertices of a group are a stack from its deepest spring to the edge, within its
- * friction. Loads and continuity are left to the checksum. */
+/* True if the vertices of a group are a stack to the edge, with ascending labels. All else is left
+ * to the checksum. */
 static int is_stack(const hs_line *memory, int64_t index) {
-    hs_group group = hs_group_of(memory, index);
-    const hs_units *units = &memory->contact->units;
-    const hs_vertex *stack = group.stack;
+    const hs_vertex *stack = memory->vertices + index * memory->capacity;
     const int64_t depth = memory->depth[index];
-    const double touch = group.curve.gap[0], approach = memory->approach;
-    if (depth == 0 || approach <= touch) return depth == 0 && approach <= touch;
-    if (depth == 1 || !all_finite((const double *)stack, 6 * depth)) return 0;
-    double rounding =
-        HEIGHT_ROUNDING * (fabs(touch) + fabs(memory->contact->datum) / units->length);
-    if (stack[depth - 1].label != approach || stack[0].tangential != 0.0 ||
-        (stack[0].label > touch + rounding && hs_evolves(memory) != 1))
-        return 0;
-    for (int64_t j = 0; j < depth; ++j) {
-        if (!are_usable(&stack[j].label, 1, units->length) ||
-            !are_usable(&stack[j].anchor, 1, units->displacement) ||
-            !are_usable(&stack[j].made_at, 1, units->displacement))
-            return 0;
-        if (j > 0 && (stack[j].label < stack[j - 1].label ||
-                      (!memory->steep[index] && fabs(stack[j].slope) > group.friction)))
-            return 0;
-    }
-    return 1;
-}
-
-/* True if units and weights of summits are positive, and weights of knots not descending. */
-static int is_contact(const hs_contact *contact) {
-    const hs_units *units = &contact->units;
-    for (int k = 0; k < 7; ++k)
-        if (!(isfinite((&units->load)[k]) && (&units->load)[k] >= DBL_MIN)) return 0;
-    for (int64_t i = 0; i < contact->count; ++i)
-        if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0)
-                          : contact->weight[i] <= 0.0)
-            return 0;
-    for (int64_t i = 1; i < contact->query_count; ++i)
-        if (contact->query_label[i] < contact->query_label[i - 1]) return 0;
-    return fabs(contact->datum) <= LARGEST_SIZE &&
-           are_usable(contact->gap, contact->count, units->length) &&
-           all_finite(contact->weight, contact->count) &&
-           all_finite(contact->query_label, contact->query_count);
-}
-
-/* True if evolved summits fit the gaps and weights, by which groups are sorted. */
-static int is_evolved(const hs_line *memory) {
-    const hs_contact *contact = memory->contact;
-    const hs_evolved *evolved = memory->evolved;
-    const double length = contact->units.length;
-    int yields = hs_evolves(memory) > 1;
-    if (!all_finite(evolved->summit_height, (int64_t)hs_evolved_arrays(yields) * contact->count) ||
-        contact->load)
-        return 0;
-    for (int64_t k = 0; k < contact->count; ++k) {
-        int64_t i = contact->order[k];
-        double height = evolved->summit_height[i], ratio = evolved->summit_radius[i] / length;
-        double gap = contact->gap[k] * length, share = contact->weight[k] * contact->weight[k];
-        double size = fabs(height) + fabs(contact->datum) + fabs(gap);
-        if (!(fabs(ratio - share) <= HEIGHT_ROUNDING * share) ||
-            fabs(contact->datum - height - gap) > HEIGHT_ROUNDING * size ||
-            evolved->slid_distance[i] < 0.0 || evolved->worn_volume[i] < 0.0 ||
-            evolved->shaped_volume[i] < 0.0 || evolved->friction_overridden[i] > 1 ||
-            (yields && !(evolved->virgin_radius[i] > 0.0 && evolved->yielded_to[i] >= 0.0 &&
-                         evolved->yielding_load[i] >= 0.0 && evolved->yielding_energy[i] >= 0.0)))
-            return 0;
-    }
-    return 1;
+    const double touch = memory->contact->gap[memory->contact->first[index]];
+    if (depth == 0 || memory->approach <= touch) return depth == 0 && memory->approach <= touch;
+    for (int64_t j = 1; j < depth; ++j)
+        if (stack[j].label < stack[j - 1].label) return 0;
+    return depth > 1 && all_finite((const double *)stack, 6 * depth) &&
+           stack[depth - 1].label == memory->approach;
 }
 
 const char *hs_state_check(const hs_state *state) {
-    const hs_line *memory = &state->line;
+    const hs_line *memory = &state->line, *line = hs_active(memory);
     const hs_contact *contact = memory->contact;
-    if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
     const hs_units *units = &contact->units;
+    const int64_t count = contact->count,
+                  arrays = (int64_t)hs_evolved_arrays(hs_evolves(memory) > 1);
     /* an energy is the product of a load and a displacement, each within the limit */
-    double energy = units->energy / LARGEST_SIZE;
-    if (!are_usable(&memory->approach, 1, units->length) ||
+    const double energy = units->energy / LARGEST_SIZE,
+                 least_weight = contact->load ? 0.0 : DBL_MIN;
+    if (!are_between(&units->load, 7, DBL_MIN, DBL_MAX) || !are_usable(&contact->datum, 1, 1.0) ||
+        !are_usable(contact->gap, count, units->length) ||
+        !are_between(contact->weight, count, least_weight, DBL_MAX) ||
+        !all_finite(contact->query_label, contact->query_count) ||
+        !are_usable(&memory->approach, 1, units->length) ||
         !are_usable(&memory->displacement, 1, units->displacement) ||
-        !are_usable(&memory->normal_load, 1, units->load) ||
-        !are_usable(&memory->tangential_load, 1, units->load) ||
+        !are_usable(&memory->normal_load, 2, units->load) ||
         !are_usable(&memory->excess, 1, units->load) ||
         !are_usable(&memory->dissipated, 1, energy) ||
-        !are_usable(hs_active(memory)->dissipated_each, contact->count, energy))
-        return "a load, a displacement or an energy is not finite, or beyond the largest that is "
-               "computed with";
-    const hs_line *line = hs_active(memory);
-    if (line->far_energy && !all_finite(line->far_energy, (int64_t)hs_far_count(line->contact)))
-        return "an energy is not finite";
-    if (!are_coefficients(memory->friction, contact->groups))
-        return "a coefficient of friction is not between 0 and the largest that is computed with";
-    if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
-        return "a channel is controlled in no known way";
-    for (int64_t index = 0; index < contact->groups; ++index)
-        if (memory->scaled ? memory->steep[index] || memory->depth[index]
-                           : memory->steep[index] > 1 || !is_stack(memory, index))
-            return "the vertices of a group do not fit its friction or the approach";
-    if (memory->scaled && !is_stack(memory->scaled, 0))
-        return "the vertices of a group do not fit its friction or the approach";
-    const struct hs_slides *slides = hs_active(memory)->slides;
-    for (int64_t i = 0; slides && i < hs_slide_count(contact); ++i)
-        if (isinf(slides->time[i])) return "a time is not finite";
-    return memory->evolved && !is_evolved(memory)
-               ? "what an asperity has become does not fit its summit"
-               : NULL;
+        !are_usable(line->dissipated_each, count + (int64_t)hs_far_count(line->contact), energy) ||
+        !are_between(memory->friction, contact->groups, 0.0, HS_MOST_FRICTION) ||
+        (memory->evolved && !all_finite(memory->evolved->summit_height, arrays * count)))
+        return "a number is not finite, or beyond those that are computed with";
+    for (int64_t index = 0; index < line->contact->groups; ++index)
+        if (!is_stack(line, index)) return "the vertices of a group do not fit the approach";
+    return NULL;
 }
 
 /* Read a contact, in the order in which it was written; retains `like` if that is equal. NULL with
@@ -359,7 +287,7 @@ static hs_contact *read_contact(const head *header, const unsigned char *at, hs_
             group[asperity] = (int64_t)index;
             memcpy(gap + asperity, at + 8 * (size_t)i, 8);
             memcpy(weight + asperity, at + 8 * (n + (size_t)i), 8);
-            fits = isfinite(gap[asperity]) && isfinite(weight[asperity]);
+            fits = all_finite(gap + asperity, 1) && all_finite(weight + asperity, 1);
         }
     }
     hs_contact *contact =
@@ -384,15 +312,6 @@ static hs_contact *read_contact(const head *header, const unsigned char *at, hs_
         contact = *error ? NULL : hs_contact_retain(like);
     }
     return contact;
-}
-
-/* True if a memory has the asperities of `like`; asperities that evolve are not compared. */
-static int has_asperities_of(const hs_line *memory, const hs_line *like) {
-    const hs_contact *contact = memory->contact, *reference = like->contact;
-    size_t size = (size_t)contact->count * sizeof(double);
-    if (memory->evolved || like->evolved) return hs_evolves(memory) >= hs_evolves(like);
-    return memcmp(contact->sorted_gap, reference->sorted_gap, size) == 0 &&
-           memcmp(contact->sorted_weight, reference->sorted_weight, size) == 0;
 }
 
 /* Check size, header and checksum of bytes and copy the header; returns an error, or NULL. */
@@ -464,8 +383,7 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
     hs_ring_class *ring_class =
         hs_add_class(state, header.group, header.start, header.start + header.count);
     if (!ring_class || hs_reserve_nodes(ring_class, header.nodes) != HS_OK) return no_memory;
-    double deepest = ring_class->curve.gap[0], approach = state->line.approach,
-           friction = state->line.friction[header.group];
+    double deepest = ring_class->curve.gap[0], approach = state->line.approach;
     if ((header.nodes > 0) != (approach > deepest)) return "classes do not fit";
     for (int32_t k = 0; k < header.nodes; ++k) {
         hs_node *node = ring_class->nodes + k;
@@ -478,10 +396,6 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
         if (!is_ordered || !all_finite(&node->deflection.x, 2) ||
             (k == header.nodes - 1 && node->label != deepest))
             return "nodes do not go from the edge to the deepest spring";
-        double limit = 1.001 * friction * sqrt(approach - node->label);
-        if (k == 0 ? hs_norm(node->deflection) > 0.0
-                   : hs_norm(hs_ring_traction(ring_class->nodes, k)) > limit)
-            return "a traction is beyond the friction limit";
     }
     *start += header.count;
     *remaining -= header.nodes;
@@ -515,7 +429,7 @@ static const char *read_scaled(hs_line *line, const head *header, unsigned char 
     transfer(at, line->friction, 8 * (size_t)header->groups, 0);
     memset(line->dissipated_each, 0, 8 * (size_t)header->count);
     memset(line->steep, 0, (size_t)header->groups);
-    if (!are_coefficients(line->friction, header->groups) ||
+    if (!are_between(line->friction, header->groups, 0.0, HS_MOST_FRICTION) ||
         !are_usable(&line->approach, 1, header->units.length))
         return "a coefficient of friction or the approach is not one that is computed with";
     int status = hs_line_add_scaled(line, header->vertices);
@@ -574,8 +488,6 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
         *error = "the state is of another contact";
         status = HS_FOREIGN;
     }
-    if (!*error && like && !has_asperities_of(line, &like->line))
-        *error = "the asperities are not those of the contact";
     if (!*error && header.features & PLANE) *error = read_plane(result, &header, at);
     if (*error) {
         hs_state_free(result);
