@@ -41,7 +41,7 @@ static int relocate(hs_batch *batch, int64_t i, int64_t min_room) {
 /* Move one contact that touches; returns its depth and the tangential load. */
 static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double friction, double d,
                             double v, double load, double *tangential) {
-    const hs_labels labels = {&stack->label, (int64_t)(sizeof *stack / sizeof(double))};
+    const hs_labels labels = {&stack->label, (int64_t)(sizeof *stack / sizeof(double)), 1.0, 0.0};
     int64_t top = depth - 1;
     const int cut = d < stack[top].label;
     if (cut) top = hs_cut_segment(labels, depth, d);

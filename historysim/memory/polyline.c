@@ -32,45 +32,6 @@ hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load)
                             vertex->tangential - vertex->slope * (vertex->normal - load)};
 }
 
-/* Find the slip front, searching from the edge inward; vertices outside it are erased. x is rigid·a
- * + compliance·P(a), y is rigid·anchor + compliance·T. The front is at the outermost remaining
- * vertex if the labels are equal. */
-static void find_slip_front(const hs_vertex *stack, int64_t segment, double x_edge, double y_edge,
-                            double x1, double y1, double friction, double rigid, double compliance,
-                            hs_update *update) {
-    double sign = y1 >= y_edge ? 1.0 : -1.0;
-    double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
-    double x = x_edge, slip = sign * (y1 - y_edge) - friction * (x1 - x_edge);
-    int met_vertex = x1 > x_edge && slip <= tie;
-    update->sign = sign;
-    update->slip = 0.0;
-    while (segment > 0 && !met_vertex) {
-        const hs_vertex *low = stack + segment - 1;
-        double slope = stack[segment].slope;
-        double x_low = rigid * low->label + compliance * low->normal;
-        double y_low = rigid * low->anchor + compliance * low->tangential;
-        double slip_low = sign * (y1 - y_low) - friction * (x1 - x_low);
-        if (slip_low < -tie && slope != sign * friction) {
-            update->inner_count = segment;
-            update->x = hs_max(x - slip / (friction - sign * slope), x_low);
-            return;
-        }
-        --segment;
-        x = x_low;
-        slip = slip_low;
-        met_vertex = slip <= tie;
-    }
-    if (!met_vertex) {
-        update->inner_count = 0;
-        update->x = x;
-        update->slip = slip;
-        return;
-    }
-    while (segment > 0 && stack[segment].slope == sign * friction) --segment;
-    update->inner_count = segment + 1;
-    update->x = rigid * stack[segment].label + compliance * stack[segment].normal;
-}
-
 /* Add the losses of the springs between the slip front and the edge d1 on a straight path.
  *
  * While spring a slips by g up to approach d1, its mean deflection is μ (d1 - a - g Δd/(2 G)),
@@ -194,14 +155,20 @@ void hs_solve_update(const hs_group *group, int64_t depth, const hs_point *from,
     double x1 = rigid * d1 + compliance * load,
            x_edge = rigid * edge.label + compliance * edge.normal;
     double y_edge = rigid * edge.anchor + compliance * edge.tangential;
+    const hs_single_path path = hs_single_path_to(x1, y1, friction, x_edge, y_edge, 0);
     double change = fabs(y1 - y_edge), hold = friction * (x1 - x_edge);
-    double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
     /* at the edge itself rounding is no reason to slip; new springs slip when they tie with the
      * limit */
-    update->slips = y1 != y_edge && (x1 == x_edge ? change > tie : change >= hold - tie);
+    update->slips = y1 != y_edge && (x1 == x_edge ? change > path.tie : change >= hold - path.tie);
     if (update->slips) {
-        find_slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance,
-                        update);
+        hs_labels labels = hs_labels_of(stack);
+        labels.rigid = rigid;
+        labels.compliance = compliance;
+        const hs_single front = hs_solve_single(labels, edge.segment, &path);
+        update->sign = path.sign;
+        update->inner_count = front.inner_count;
+        update->x = front.label;
+        update->slip = front.slip;
         solve_slip(group, target, update);
         return;
     }

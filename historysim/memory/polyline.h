@@ -7,7 +7,7 @@
 #include "single.h"
 
 static inline hs_labels hs_labels_of(const hs_vertex *stack) {
-    return HS_MADE(hs_labels){&stack->label, (int64_t)(sizeof *stack / sizeof(double))};
+    return HS_MADE(hs_labels){&stack->label, (int64_t)(sizeof *stack / sizeof(double)), 1.0, 0.0};
 }
 
 /* Edge of a polyline at an approach, before slip: index of its outermost segment, and the values at

@@ -1,26 +1,27 @@
-/* Fast path of the polyline update (README.md, theory 7) for a prescribed displacement: exact, in
- * closed form per segment.
+/* Slip front of a polyline (README.md, theory 7) on a straight path: exact, in closed form per
+ * segment, from labels, anchors and slopes alone.
  *
- * It computes the label of the slip front from labels, anchors and slopes alone. `find_slip_front`
- * in polyline.c, for loads and instruments as well, computes the same front to the bit
- * (tests/memory/test_groups.py compares them). move.c uses the fast path for groups of one
- * asperity, batch.c for contacts of one asperity. */
+ * For a load, or an instrument, labels and anchors are combined with the loads of vertices
+ * (polyline.c). move.c finds fronts for groups of one asperity, batch.c for contacts of one. */
 #ifndef HISTORYSIM_SINGLE_H
 #define HISTORYSIM_SINGLE_H
 
 #include "numbers.h"
 
-/* Stack of vertices of any struct of `width` doubles that begins with label, anchor and slope. */
+/* Stack of vertices of any struct of `width` doubles that begins with label, anchor and slope. With
+ * a compliance, label and anchor stand for rigid·a + compliance·P(a) and rigid·w + compliance·T,
+ * of a struct whose fifth and sixth members are P and T. */
 typedef struct hs_labels {
     const double *vertex;
     int64_t width;
+    double rigid, compliance; /* 1, 0 for a displacement */
 } hs_labels;
-static inline double hs_label_of(hs_labels stack, int64_t j) {
-    return stack.vertex[j * stack.width];
+static HS_INLINE double hs_combined(hs_labels stack, int64_t j, int member) {
+    const double *vertex = stack.vertex + j * stack.width + member;
+    return stack.compliance == 0.0 ? *vertex : stack.rigid * *vertex + stack.compliance * vertex[4];
 }
-static inline double hs_anchor_of(hs_labels stack, int64_t j) {
-    return stack.vertex[j * stack.width + 1];
-}
+static inline double hs_label_of(hs_labels stack, int64_t j) { return hs_combined(stack, j, 0); }
+static inline double hs_anchor_of(hs_labels stack, int64_t j) { return hs_combined(stack, j, 1); }
 static inline double hs_slope_of(hs_labels stack, int64_t j) {
     return stack.vertex[j * stack.width + 2];
 }
