@@ -2,7 +2,7 @@
  * theory 7) of each on a straight path in (d, V), by the fast path of single.h with P(a) = a^(3/2).
  *
  * Labels and anchors are in m, loads in units of (4/3) E* √R. The vertices of all contacts are in
- * one array, each contact's in sequence from its place; a contact without room left moves to the
+ * one array, each contact's in sequence from its offset; a contact without room left moves to the
  * end of the array. A contact that does not touch has no vertex; its first vertex then holds its
  * approach and displacement. */
 
@@ -30,9 +30,9 @@ static int relocate(hs_batch *batch, int64_t i, int64_t min_room) {
         batch->vertices = grown;
         batch->capacity = capacity;
     }
-    memcpy(batch->vertices + batch->used, batch->vertices + batch->place[i],
+    memcpy(batch->vertices + batch->used, batch->vertices + batch->offset[i],
            (size_t)batch->room[i] * sizeof *batch->vertices);
-    batch->place[i] = batch->used;
+    batch->offset[i] = batch->used;
     batch->room[i] = room;
     batch->used = needed;
     return HS_OK;
@@ -97,7 +97,7 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
                   double *normal_load, double *tangential_load) {
     for (int64_t i = 0; i < batch->count; ++i) {
         double d1 = approach[i], v1 = displacement[i] / batch->displacement_ratio, force;
-        hs_batch_vertex *stack = batch->vertices + batch->place[i];
+        hs_batch_vertex *stack = batch->vertices + batch->offset[i];
         int64_t depth = batch->depth[i];
         if (d1 <= 0.0) {
             stack[0].label = d1;
@@ -108,7 +108,7 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
         }
         if (depth + 2 > batch->room[i]) {
             if (relocate(batch, i, depth + 2) != HS_OK) return HS_OUT_OF_MEMORY;
-            stack = batch->vertices + batch->place[i];
+            stack = batch->vertices + batch->offset[i];
         }
         double unit = *scale_of(batch, i), load = load_of(d1);
         if (depth == 0) {
@@ -155,7 +155,7 @@ hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
     for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_bound_friction(friction[i]);
     for (int64_t i = 0; i < scales; ++i) batch->scale[i] = scale[i];
     for (int64_t i = 0; i < count; ++i) {
-        batch->place[i] = INITIAL_ROOM * i;
+        batch->offset[i] = INITIAL_ROOM * i;
         batch->room[i] = INITIAL_ROOM;
     }
     return batch;
@@ -175,21 +175,21 @@ hs_batch *hs_batch_copy(const hs_batch *batch) {
     copy->vertices = vertices;
     copy->used = batch->used;
     copy->capacity = batch->capacity;
-    memcpy(copy->place, batch->place, 3 * (size_t)batch->count * sizeof *copy->place);
+    memcpy(copy->offset, batch->offset, 3 * (size_t)batch->count * sizeof *copy->offset);
     memcpy(vertices, batch->vertices, (size_t)batch->used * sizeof *vertices);
     return copy;
 }
 
 void hs_batch_free(hs_batch *batch) {
     if (!batch) return;
-    free(batch->place);
+    free(batch->offset);
     free(batch->vertices);
     free(batch);
 }
 
 /* First vertex of a contact; NULL if there is no such contact. */
 static hs_batch_vertex *stack_of(const hs_batch *batch, int64_t contact) {
-    return contact >= 0 && contact < batch->count ? batch->vertices + batch->place[contact] : NULL;
+    return contact >= 0 && contact < batch->count ? batch->vertices + batch->offset[contact] : NULL;
 }
 /* A contact that does not touch fills its first vertex, too. */
 static size_t bytes_of(int64_t depth) {

@@ -167,23 +167,24 @@ HS_WIDE static void add_series(const hs_cluster *cluster, const double *coeffici
 /* Interpolate in one cluster and in those within it, `value` the sum of those that contain it. */
 static void descend(const hs_clusters *clusters, const double *far, int level, int64_t index,
                     const double *outer, int64_t start, int64_t stop, double *energy) {
-    const int64_t width = (int64_t)HS_BLOCK << level, first = index * width;
+    const int64_t width = (int64_t)HS_BLOCK << level, block_start = index * width;
     const hs_cluster *cluster = clusters->level[level] + index;
-    const double *own = far + (cluster - clusters->memory) * HS_PROXIES;
+    const double *far_value = far + (cluster - clusters->memory) * HS_PROXIES;
     double value[HS_PROXIES], coefficient[HS_PROXIES];
     int is_zero = 1;
-    if (first >= stop || first + width <= start || first >= clusters->count) return;
+    if (block_start >= stop || block_start + width <= start || block_start >= clusters->count)
+        return;
     for (int p = 0; p < HS_PROXIES; ++p) {
-        value[p] = outer[p] + own[p];
+        value[p] = outer[p] + far_value[p];
         is_zero &= value[p] == 0.0;
     }
     if (!is_zero) coefficients_of(value, coefficient);
     if (level == 0) {
-        int64_t from = start > first ? start : first, last = first + width;
-        if (last > stop) last = stop;
+        int64_t from = start > block_start ? start : block_start, block_stop = block_start + width;
+        if (block_stop > stop) block_stop = stop;
         if (!is_zero)
             add_series(cluster, coefficient, 0.0, clusters->gap + from, 1.0,
-                       clusters->weight + from, (int)(last - from), energy + (from - start));
+                       clusters->weight + from, (int)(block_stop - from), energy + (from - start));
         return;
     }
     for (int64_t child = 2 * index; child < 2 * index + 2; ++child) {

@@ -236,9 +236,9 @@ HS_API hs_state *hs_state_new(hs_contact *contact, const double *friction);
 /* Return an independent copy; NULL if out of memory. */
 HS_API hs_state *hs_state_copy(const hs_state *state);
 HS_API void hs_state_free(hs_state *state);
-/* Digest of further bytes after a digest: properties such as laws are digested into the `identity`
- * of the line of a state. */
-HS_API uint64_t hs_digest(uint64_t before, const void *bytes, size_t size);
+/* Digest of further bytes after another digest: properties such as laws are digested into the
+ * `identity` of the line of a state. */
+HS_API uint64_t hs_digest(uint64_t digest, const void *bytes, size_t size);
 /* True if two states belong to the same contact, friction and laws, so that one may replace the
  * other. */
 HS_API int hs_belongs(const hs_state *state, const hs_state *like);
@@ -587,10 +587,10 @@ HS_API int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, co
 /* A state with its contact as bytes, which any machine of the same byte order reads. */
 HS_API size_t hs_state_size(const hs_state *state);
 HS_API int hs_state_write(const hs_state *state, void *bytes, size_t size);
-/* Read a state from bytes. Damaged or foreign bytes are refused, with the reason in `why`. Unless
+/* Read a state from bytes. Damaged or foreign bytes are refused, with the reason in `error`. Unless
  * `like` is NULL, the state has to belong to its contact, which is shared if it is equal. */
 HS_API int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state,
-                         const char **why);
+                         const char **error);
 /* Check a memory along one line that the caller has filled in; returns NULL, or the error. */
 HS_API const char *hs_state_check(const hs_state *state);
 
@@ -628,7 +628,7 @@ typedef struct hs_batch {
     int64_t count;
     int64_t frictions, scales; /* one for all, or one for each */
     double displacement_ratio; /* θ */
-    int64_t *place;            /* (contact) where its vertices begin */
+    int64_t *offset;           /* (contact) index of its first vertex */
     int64_t *depth, *room;     /* (contact) vertices that it has, and has room for */
     double *friction;
     double *scale; /* (4/3) E* √R [N/m^1.5] */
@@ -653,7 +653,7 @@ HS_API void hs_batch_forget(hs_batch *batch, int64_t contact);
 /* Shorten the history of a contact to a number of vertices (at least 3), by leaving out those of
  * least effect. Returns the largest error of any later tangential load, for all displacements [N].
  */
-HS_API double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most);
+HS_API double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t max_vertices);
 /* Copy the vertices of a contact, with room for its depth, at least 1; returns the depth, 0 if it
  * does not touch. */
 HS_API int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices);
