@@ -383,7 +383,8 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
     hs_ring_class *ring_class =
         hs_add_class(state, header.group, header.start, header.start + header.count);
     if (!ring_class || hs_reserve_nodes(ring_class, header.nodes) != HS_OK) return no_memory;
-    double deepest = ring_class->curve.gap[0], approach = state->line.approach;
+    double deepest = ring_class->curve.gap[0], approach = state->line.approach,
+           friction = state->line.friction[header.group];
     if ((header.nodes > 0) != (approach > deepest)) return "classes do not fit";
     for (int32_t k = 0; k < header.nodes; ++k) {
         hs_node *node = ring_class->nodes + k;
@@ -396,6 +397,11 @@ static const char *read_class(hs_state *state, unsigned char **at, int64_t *star
         if (!is_ordered || !all_finite(&node->deflection.x, 2) ||
             (k == header.nodes - 1 && node->label != deepest))
             return "nodes do not go from the edge to the deepest spring";
+        /* beyond the friction limit steps do not converge */
+        double limit = 1.001 * friction * sqrt(approach - node->label);
+        if (k == 0 ? hs_norm(node->deflection) > 0.0
+                   : hs_norm(hs_ring_traction(ring_class->nodes, k)) > limit)
+            return "a traction is beyond the friction limit";
     }
     *start += header.count;
     *remaining -= header.nodes;
