@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
-from historysim.measured.branches import Trace
+from historysim.measured.branches import Branch, Trace
 from historysim.measured.reduction import estimate_white_noise
 
 BINS = 20  # places of a branch, evenly over its displacement
@@ -90,15 +90,13 @@ def average_branches(trace: Trace, ends: Integers) -> tuple[BranchShape, BranchS
 def _branches(trace: Trace, ends: Integers) -> Iterator[tuple[bool, Floats, Floats]]:
     """Yield direction (True for backward), displacements and loads (bin) of each branch."""
     for start, stop in itertools.chain.from_iterable(map(itertools.pairwise, ends.tolist())):
-        stroke = trace.displacement[stop] - trace.displacement[start]
-        samples = slice(start, stop + 1)
         if stop - start + 1 >= FEWEST_OF_BRANCH:
-            load = math.copysign(1.0, stroke) * trace.tangential_load[samples]
-            fraction = (trace.displacement[samples] - trace.displacement[start]) / stroke
+            branch = Branch.from_trace(trace, start, stop)
+            stroke = branch.moved[-1]
             yield (
-                bool(stroke < 0),
-                (np.arange(BINS) + 0.5) / BINS * abs(stroke),
-                _bin_means(fraction, load, BINS),
+                branch.sign < 0,
+                (np.arange(BINS) + 0.5) / BINS * stroke,
+                _bin_means(branch.moved / stroke, branch.load, BINS),
             )
 
 
@@ -177,17 +175,16 @@ def find_level_parts(trace: Trace, ends: Integers) -> Floats:
 def _level_part(trace: Trace, start: int, stop: int) -> tuple[float, float, float]:
     """Return begin and end of the widest level part of a branch, and the rise behind it over its load; 0 if unclear."""
     nothing = math.nan, math.nan, 0.0
-    samples = slice(start, stop + 1)
-    stroke = trace.displacement[stop] - trace.displacement[start]
     if stop - start + 1 < FEWEST_OF_BRANCH:
         return nothing
-    fraction = (trace.displacement[samples] - trace.displacement[start]) / stroke
-    load = math.copysign(1.0, stroke) * trace.tangential_load[samples]
+    branch = Branch.from_trace(trace, start, stop)
+    load = branch.load
+    fraction = branch.moved / branch.moved[-1]
     bins = BINS if fraction.size < 4 * BINS else 2 * BINS
     relative = np.ones(bins)
-    if trace.normal_load is not None and (trace.normal_load[samples] > 0).all():
+    if branch.normal_load is not None and (branch.normal_load > 0).all():
         # friction that follows the normal load is no stop
-        relative = _bin_means(fraction, trace.normal_load[samples], bins)
+        relative = _bin_means(fraction, branch.normal_load, bins)
         relative /= relative.mean()
     loads = _bin_means(fraction, load, bins) / relative
     last = np.sort(load[fraction >= 1 - 1 / BINS])

@@ -130,6 +130,31 @@ class Trace:
         return cls(times, moved, load, channel("normal_load", samples, moved.size))
 
 
+@attrs.frozen(eq=False)
+class Branch:
+    """Channels of a branch in its direction, from its reversal on."""
+
+    sign: float  #: 1 forward, -1 backward
+    time: Floats  #: (sample) [s]
+    moved: Floats  #: (sample) Displacement from the reversal [m]
+    load: Floats  #: (sample) Tangential load [N]
+    normal_load: Floats | None  #: (sample) [N]
+
+    @classmethod
+    def from_trace(cls, trace: Trace, start: int, stop: int) -> Self:
+        """Return the branch from one sample to another."""
+        samples = slice(start, stop + 1)
+        displacement = trace.displacement[samples]
+        sign = -1.0 if displacement[-1] < displacement[0] else 1.0
+        return cls(
+            sign,
+            trace.time[samples],
+            sign * (displacement - displacement[0]),
+            sign * trace.tangential_load[samples],
+            None if trace.normal_load is None else trace.normal_load[samples],
+        )
+
+
 def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
     """Find the first, middle and last sample of each loop (loop, 3), and the ends of a whole branch after them."""
     # a loop is two branches between three reversals; loops do not overlap
@@ -243,14 +268,12 @@ def read_branch(
     noisy: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Compute the values of a branch in the order of BRANCH_QUANTITIES, and whether it still rises."""
-    sign = -1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0
-    samples = slice(start_sample, end_sample + 1)
-    u = sign * (trace.displacement[samples] - trace.displacement[start_sample])
-    f = sign * trace.tangential_load[samples]
+    branch = Branch.from_trace(trace, start_sample, end_sample)
+    u = branch.moved
+    f = branch.load
     start = (1 - definitions.sliding_part) * u[-1]
     # means are over the displacement, whatever noise and hum made of the order of the samples
     order = np.argsort(u, kind="stable")
-    normal_load = None if trace.normal_load is None else trace.normal_load[samples]
     window = functools.partial(
         _until, definitions.sliding_end * u[-1] if definitions.sliding_end < 1 else math.inf, u
     )
@@ -263,16 +286,16 @@ def read_branch(
         order = np.argsort(u[:-1], kind="stable")
         slides_from = _crossing(u[order], start)
         force = _tail_average(slides_from, *window(f, order))
-    load = (
-        math.nan if normal_load is None else _tail_average(slides_from, *window(normal_load, order))
-    )
+    load = math.nan
+    if branch.normal_load is not None:
+        load = _tail_average(slides_from, *window(branch.normal_load, order))
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
     if rise > 0:
         preliminary = _interpolate(_crossing(f, f[0] + definitions.reached * rise), u)
         # a branch that begins beyond zero load has no such place
         from_zero = preliminary - _interpolate(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
-        reversal_load = _reversal_load(trace, start_sample, sign)
+        reversal_load = _reversal_load(trace, start_sample, branch.sign)
         share = (f - reversal_load) / (force - reversal_load)
         virgin = _virgin_displacement(
             u - (f - reversal_load) / lateral_stiffness, share, definitions.reached
@@ -313,10 +336,9 @@ def split_compliance(
     u = 2 θμδ z(q) + C (T - T_reversal) by least squares, q from 1 - reached to reached. NaN if samples are too few, or
     their noise leaves a standard error of more than `MOST_ERROR_OF_SPLIT` of the sum.
     """
-    sign = -1.0 if trace.displacement[end_sample] < trace.displacement[start_sample] else 1.0
-    samples = slice(start_sample, end_sample + 1)
-    f = sign * trace.tangential_load[samples]
-    reversal_load = _reversal_load(trace, start_sample, sign)
+    branch = Branch.from_trace(trace, start_sample, end_sample)
+    f = branch.load
+    reversal_load = _reversal_load(trace, start_sample, branch.sign)
     if not force > reversal_load:
         return math.nan, math.nan
     share = (f - reversal_load) / (force - reversal_load)
@@ -324,7 +346,7 @@ def split_compliance(
     if curve.size < FEWEST_OF_SPLIT:
         return math.nan, math.nan
     along = share[curve]
-    moved = sign * (trace.displacement[samples][curve] - trace.displacement[start_sample])
+    moved = branch.moved[curve]
     terms = np.column_stack([np.ones(along.size), path_fraction(along), along])
     _, bent, straight = estimates = np.linalg.lstsq(terms, moved, rcond=None)[0]
     residuals = moved - terms @ estimates
@@ -442,8 +464,8 @@ def _interpolate(position: float, values: Floats) -> float:
 def _tail_average(position: float, u: Floats, values: Floats) -> float:
     """Average values over the displacement from a position to the end."""
     index = math.ceil(position)
-    along = np.append(_interpolate(position, u), u[index:])
-    heights = np.append(_interpolate(position, values), values[index:])
+    along = np.concatenate([[_interpolate(position, u)], u[index:]])
+    heights = np.concatenate([[_interpolate(position, values)], values[index:]])
     length = along[-1] - along[0]
     return float(_area(along, heights) / length) if length > 0 else float(heights[-1])
 
@@ -462,4 +484,4 @@ def _slope(x: Floats, y: Floats) -> float:
 
 def _area(u: Floats, f: Floats) -> float:
     """Return ∫ f du along samples, by the trapezoidal rule."""
-    return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
+    return float((u[1:] - u[:-1]) @ (f[1:] + f[:-1])) / 2

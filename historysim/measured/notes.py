@@ -15,7 +15,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import count_text
 from historysim.measured import intervals
 from historysim.measured.branch_shape import are_level, average_branches
-from historysim.measured.branches import Trace
+from historysim.measured.branches import Branch, Trace
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.loop_values import DAMPER, QUANTITIES, LoopValues
 from historysim.measured.reduction import (
@@ -353,24 +353,21 @@ def _zero_error(friction_force: Floats) -> Iterator[str]:
         )
 
 
-def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
-    """Yield time, displacement from the reversal and load of each branch, in its own direction."""
-    moved = trace.displacement
-    load = trace.tangential_load
-    for start, stop in chain.from_iterable(map(pairwise, all_ends)):
-        sign = 1.0 if moved[stop] > moved[start] else -1.0
-        samples = slice(start, stop + 1)
-        yield trace.time[samples], sign * (moved[samples] - moved[start]), sign * load[samples]
+def _branches(trace: Trace, all_ends: Integers) -> Iterator[Branch]:
+    """Yield the branches of loops."""
+    for start, stop in chain.from_iterable(map(pairwise, all_ends.tolist())):
+        yield Branch.from_trace(trace, start, stop)
 
 
 def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     """Find displacement without load, at zero load or after a reversal, beyond the elastic part."""
     # of each branch: both widths, the elastic parts, and the speed
     branches = []
-    for time, unsorted, loads in _branches(trace, ends):
-        order = np.argsort(unsorted, kind="stable")
-        moved = unsorted[order]
-        load = loads[order]
+    for branch in _branches(trace, ends):
+        time = branch.time
+        order = np.argsort(branch.moved, kind="stable")
+        moved = branch.moved[order]
+        load = branch.load[order]
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
         if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
             continue
@@ -427,8 +424,8 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
 def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
     drops, branches, largest = 0, 0, 0.0
     noise = estimate_white_noise(trace.tangential_load)
-    for _, moved, load in _branches(trace, ends):
-        slides = load[moved >= 0.5 * moved[-1]]
+    for branch in _branches(trace, ends):
+        slides = branch.load[branch.moved >= 0.5 * branch.moved[-1]]
         if slides.size < FEWEST_SAMPLES:
             continue
         branches += 1
