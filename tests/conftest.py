@@ -42,7 +42,9 @@ OF_LIBRARIES = re.compile("PYTEST|__DASK|MALLOC_|[A-Z]+_NUM_THREADS|PYTHONHASHSE
 def process_state():
     """Return what a test shares with those that run later in its process."""
     names = {name: value for name, value in os.environ.items() if not OF_LIBRARIES.match(name)}
-    return Path.cwd(), names, dict(dict.items(mpl.rcParams)), np.geterr(), getcontext().prec
+    # the backend is resolved when it is first asked for
+    settings = {name: value for name, value in dict.items(mpl.rcParams) if name != "backend"}
+    return Path.cwd(), names, settings, np.geterr(), getcontext().prec
 
 
 def own_queries():
