@@ -67,6 +67,16 @@ class LoopStatistics:
         return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"
 
 
+def mean_or_bound_text(
+    sliding: LoopStatistics, every: LoopStatistics, quantity: "LoopQuantity", loops: int
+) -> str:
+    """Return the mean over branches that slid as a string, or where none did the lower bound by all branches."""
+    if sliding.count or not quantity.needs_slip:
+        return sliding.text(quantity.unit, loops)
+    text = every.text(quantity.unit, loops)
+    return f"≥ {text}" if every.count else text
+
+
 def interval_text(mean: float, low: float, high: float, unit: str) -> str:
     """Return the 95 % confidence interval of a mean as a string in parentheses; empty if it is rounding."""
     if not high - low > 2e-12 * abs(mean):

@@ -26,7 +26,7 @@ from historysim.measured.branches import (
 )
 from historysim.measured.constant_load import at_one_load
 from historysim.measured.fretting import Fretting
-from historysim.measured.loop_table import interval_text
+from historysim.measured.loop_table import interval_text, mean_or_bound_text
 from historysim.measured.loop_values import (
     BRANCH_QUANTITIES,
     CONTENT,
@@ -148,18 +148,11 @@ class Loops(LoopValues):
 
     def text(self, quantity: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a string, "–" if it is not friction; see `statistics`."""
-        count = int(self.large.sum())
-        values = self._friction_values(quantity, self._sliding_values(quantity))
-        statistics = self._statistics(values, direction)
-        declared = QUANTITIES[quantity]
-        if statistics.count or not declared.needs_slip:
-            return statistics.text(declared.unit, count)
-        # nothing slid: what there is, is a lower bound
-        bound = self._statistics(
-            self._friction_values(quantity, getattr(self, quantity)), direction
+        sliding, every = (
+            self._statistics(self._friction_values(quantity, values), direction)
+            for values in (self._sliding_values(quantity), getattr(self, quantity))
         )
-        text = bound.text(declared.unit, count)
-        return f"≥ {text}" if bound.count else text
+        return mean_or_bound_text(sliding, every, QUANTITIES[quantity], int(self.large.sum()))
 
     def _text_with_interval(self, quantity: str) -> str:
         """Return the text of a quantity over both directions, with the interval of its mean where it has one."""

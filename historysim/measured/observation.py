@@ -34,6 +34,7 @@ from historysim.measured.reduction import (
 # Change of the normal load between successive samples, over its largest value, up to which it is
 # not a step.
 LEAST_STEP = 5e-3
+CHANNELS = "time", "displacement", "tangential_load", "normal_load"
 FEWEST_MEANS = 16  # least number of means on a branch: they show its curvature
 
 
@@ -84,10 +85,9 @@ class Observation:
         samples = np.union1d(
             np.arange(0, self.time.size, stride), np.append(self.nodes, self.start_sample)
         )
-        channels = "time", "displacement", "tangential_load", "normal_load"
         return attrs.evolve(
             self,
-            **{name: getattr(self, name)[samples] for name in channels},
+            **{name: getattr(self, name)[samples] for name in CHANNELS},
             turns=np.searchsorted(samples, self.turns),
             nodes=np.searchsorted(samples, self.nodes),
             start_sample=int(np.searchsorted(samples, self.start_sample)),
@@ -139,9 +139,8 @@ class Observation:
             starts += [[node], node + 1 + np.arange(means) * count // max(means, 1)]
         group_starts = np.concatenate([*starts, self.nodes[-1:]])
         sizes = np.diff(group_starts, append=self.time.size)
-        names = "time", "displacement", "tangential_load", "normal_load"
         channels: dict[str, Any] = {
-            name: np.add.reduceat(getattr(self, name), group_starts) / sizes for name in names
+            name: np.add.reduceat(getattr(self, name), group_starts) / sizes for name in CHANNELS
         }
         white = 1 / math.sqrt(group_size)
         displacement_noise, load_noise = (

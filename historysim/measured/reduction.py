@@ -434,26 +434,21 @@ class Measurement:
         if not stiffness or moved is None or self.get(name) is None:
             return self
         remark = "tangential load: spring in parallel taken off", quantity_text(stiffness, "N/m")
-        load = {name: self[name] - stiffness * moved}
-        channels, response = (
-            {**group, **load} if name in group else group
-            for group in (self.channels, self.response)
-        )
-        return attrs.evolve(
-            self, channels=channels, response=response, remarks=(*self.remarks, remark)
-        )
+        changed = self._with_channel(name, self[name] - stiffness * moved)
+        return attrs.evolve(changed, remarks=(*self.remarks, remark))
 
     def add_displacement_offset(self, offset: float) -> "Measurement":
         """Add an offset to the tangential displacement [m]."""
         name = "tangential_displacement"
         if not offset or self.get(name) is None:
             return self
-        moved = {name: self[name] + offset}
-        channels, response = (
-            {**group, **moved} if name in group else group
-            for group in (self.channels, self.response)
-        )
-        return attrs.evolve(self, channels=channels, response=response)
+        return self._with_channel(name, self[name] + offset)
+
+    def _with_channel(self, name: str, values: Floats) -> "Measurement":
+        """Return the record with other values of a channel."""
+        if name in self.channels:
+            return attrs.evolve(self, channels={**self.channels, name: values})
+        return attrs.evolve(self, response={**self.response, name: values})
 
     def replayed_indices(self) -> Integers:
         """Return the indices of the replayed samples."""

@@ -17,7 +17,7 @@ from historysim.basics.files import path_to_write, replacing
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import brief, count_text, read_findings
 from historysim.errors import InputError
-from historysim.measured.loop_table import LoopStatistics
+from historysim.measured.loop_table import LoopQuantity, LoopStatistics, mean_or_bound_text
 from historysim.measured.loop_values import QUANTITIES
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
@@ -457,7 +457,7 @@ def loop_summary(loops: "xr.Dataset") -> list[tuple[str, str]]:
 def values_in_mean(loops: "xr.Dataset", quantity: Hashable) -> Floats:
     """Return the values that a mean of a loop quantity includes (loop, …): large loops; NaN for a lower bound."""
     values = loops[quantity]
-    if _needs_slip(quantity) and "lower_bound" in loops:
+    if _declaration(loops, quantity).needs_slip and "lower_bound" in loops:
         values = values.where(loops["lower_bound"] == 0)
     values_of_large: Floats = values.values[_large(loops)]
     return values_of_large
@@ -465,17 +465,17 @@ def values_in_mean(loops: "xr.Dataset", quantity: Hashable) -> Floats:
 
 def _mean_text(loops: "xr.Dataset", quantity: Hashable, count: int) -> str:
     """Return a mean, or a lower bound if no branch reached sliding."""
-    unit = loops[quantity].attrs["units"]
-    statistics = LoopStatistics.from_values(values_in_mean(loops, quantity))
-    if statistics.count or not _needs_slip(quantity):
-        return statistics.text(unit, count)
-    bound = LoopStatistics.from_values(loops[quantity].values[_large(loops)])
-    text = bound.text(unit, count)
-    return f"≥ {text}" if bound.count else text
+    sliding, every = map(
+        LoopStatistics.from_values,
+        (values_in_mean(loops, quantity), loops[quantity].values[_large(loops)]),
+    )
+    return mean_or_bound_text(sliding, every, _declaration(loops, quantity), count)
 
 
-def _needs_slip(quantity: Hashable) -> bool:
-    return quantity in QUANTITIES and QUANTITIES[str(quantity)].needs_slip
+def _declaration(loops: "xr.Dataset", quantity: Hashable) -> LoopQuantity:
+    """Return the declaration of a quantity in its unit in the file; none of fretting needs slip."""
+    needs_slip = quantity in QUANTITIES and QUANTITIES[str(quantity)].needs_slip
+    return LoopQuantity("", loops[quantity].attrs.get("units", "1"), needs_slip=needs_slip)
 
 
 def _large(loops: "xr.Dataset") -> Booleans:
