@@ -148,6 +148,30 @@ class Loaded:
     slid_distance: Floats  #: how far each has slid [m]
 
 
+class Attraction(Law):
+    """A law of attraction: a constant force on each asperity while it touches."""
+
+    __slots__ = ()
+
+    registry = ATTRACTIONS
+    struct, answers = "", "forces"
+
+    def core(self, pair: Any) -> dict[str, Any]:
+        """Return no field: the library knows the loads of the contact alone."""
+        del pair
+        return {}
+
+    def answer(self, pair: Any, *numbers: Any) -> None:
+        """Refuse: the library does not call it."""
+        raise NotImplementedError("an attraction is not called by the library")
+
+    def forces(self, summit_radius: Floats) -> Floats:
+        """Return the force on each touching asperity [N] (asperity)."""
+        raise NotImplementedError(
+            f"{type(self).__name__} has no forces; expected a method that returns them"
+        )
+
+
 class FrictionLaw(Law):
     """A friction law.
 

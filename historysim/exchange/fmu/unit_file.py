@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from historysim.asperities.curves import ROUNDING, NormalCurves
+from historysim.asperities.convex import ROUNDING
+from historysim.asperities.curves import NormalCurves
 from historysim.asperities.patches import Patches
 from historysim.asperities.state import State
 from historysim.basics.arguments import scalar

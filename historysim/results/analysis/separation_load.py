@@ -26,7 +26,7 @@ def pull_off(history: "xr.Dataset", points: int = 201) -> "xr.Dataset":
     """
     import xarray as xr
 
-    from historysim.asperities.attraction import AttractingEnsemble
+    from historysim.asperities.attracting import AttractingEnsemble
     from historysim.results.source import query_source
 
     job = query_source(history, lambda origin: origin.job)
