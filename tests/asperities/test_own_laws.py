@@ -165,6 +165,6 @@ def test_a_wear_law_that_depends_on_the_parts_of_a_way_is_reported():
         def volume(self, normal_load, slid_distance, dissipated_energy):
             return normal_load * dissipated_energy * slid_distance
 
-    message = r"(?s)Squared: volume of three asperities is .*, of half the way .*; expected .* half as much"
+    message = r"(?s)Squared: volume of three asperities is .*, of half the distance .*; expected .* half as much"
     with refused(message):
         hs.Ensemble(PAIR, 0.0, 1e-5, 0.2, wear=Squared())
