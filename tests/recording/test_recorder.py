@@ -394,3 +394,9 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
     assert str(path) in str(caught.value)
     assert path.read_bytes() == b"an older result"
     assert names(tmp_path) == ["out.nc", "small.nc"]
+
+
+def test_two_asperities_under_a_law_of_their_loads_have_their_own_friction():
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], 1.0, hs.laws.PowerLaw(0.4, 0.01, -0.3))
+    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 0.02)], record="all")
+    assert np.ptp(history.present_friction.values) > 0
