@@ -316,7 +316,9 @@ def test_units_that_do_not_convert_are_refused_by_command_and_python(tmp_path, n
     ]
     for path in tmp_path.iterdir():
         calls += [partial(call, path) for call in (hs.open, hs.show, hs.report, hs.loops)]
-    said = {1: "units holds", None: "units is missing"}.get(attributes.get("units"), "(units|dates)")
+    said = {1: "units holds", None: "units is missing"}.get(
+        attributes.get("units"), "(units|dates)"
+    )
     for call in calls:
         with refused(rf"{name}.*{said}.*expected"):
             call()
