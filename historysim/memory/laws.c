@@ -164,7 +164,7 @@ static state kogut_etsion(double x, double most_pressure) {
 }
 
 /* Printed load over that at the onset, of a contact area over that there. */
-static double printed_load(double x, double area, double critical_strain, double most) {
+static double empirical_load(double x, double area, double critical_strain, double most) {
     /* H_G over the yield stress, and four times it over what the mean pressure is at the onset */
     double hardness = 2.84 * (1.0 - exp(-0.82 * pow(sqrt(critical_strain * area), -0.7)));
     return exp(-0.25 * pow(x, 5.0 / 12.0)) * x * sqrt(x) +
@@ -175,7 +175,7 @@ static double printed_load(double x, double area, double critical_strain, double
 static state jackson_green(double x, double critical_strain, double exponent, double most,
                            double jump) {
     double part = x / DEPARTURE, area = x * pow(part, exponent);
-    double load = printed_load(x, area, critical_strain, most);
+    double load = empirical_load(x, area, critical_strain, most);
     return HS_MADE(state){load * (1.0 + (jump - 1.0) / part), area};
 }
 
@@ -193,7 +193,7 @@ int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, cons
         exponent = 0.14 * exp(23.0 * law->yield_strain);
         /* 4 H_G/(C S_y), with C S_y = 3/2 of that mean pressure */
         most = 8.0 / 3.0 * law->yield_strain * modulus / pressure;
-        jump = DEPARTURE * sqrt(DEPARTURE) / printed_load(DEPARTURE, DEPARTURE, strain, most);
+        jump = DEPARTURE * sqrt(DEPARTURE) / empirical_load(DEPARTURE, DEPARTURE, strain, most);
     }
     for (int64_t i = 0; i < count; ++i) {
         double x = approach[i] / (strain * radius[i]), critical = strain * radius[i];

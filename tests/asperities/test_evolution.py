@@ -723,3 +723,28 @@ def test_small_events_on_a_smooth_path_leave_few_vertices(name):
     )
     assert many.stored_energy == approx(once.stored_energy, rel=1e-3)
     assert many.dissipated_energy == approx(once.dissipated_energy, abs=1e-3 * many.stored_energy)
+
+
+@mark.parametrize(
+    "options",
+    [
+        {"friction": PowerLaw(coefficient=0.3, reference_load=0.01, exponent=-0.2)},
+        {"friction": 0.3, "wear": ArchardWear(coefficient=0.1, hardness=2.0)},
+    ],
+    ids=["law", "wear"],
+)
+def test_a_press_without_strain_is_one_step(options):
+    """Nothing slides, so that the state has the bits of any number of presses."""
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, **options)
+    once = ensemble.advance(ensemble.initial_state(), normal_displacement=0.05)
+    state = ensemble.initial_state()
+    for approach in (*np.linspace(0.001, 0.049, 40), 0.05):
+        state = ensemble.advance(state, normal_displacement=approach)
+    assert (once.normal_load, once.tangential_load) == (state.normal_load, 0.0)
+    assert once.friction.tolist() == state.friction.tolist()
+    assert (once.dissipated_energy, state.dissipated_energy) == (0.0, 0.0)
+    moved = [
+        s.tangential_load
+        for s in (ensemble.advance(s, tangential_displacement=0.004) for s in (once, state))
+    ]
+    assert moved[0] == approx(moved[1], rel=1e-12)
