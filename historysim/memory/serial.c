@@ -337,10 +337,10 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *he
         return "the bytes are cut off, or too many";
     if (!is_control(header->normal_control) || !is_control(header->tangential_control))
         return "a channel is controlled in no known way";
-    for (int k = 0; k < 3; ++k)
-        if (!isfinite(header->totals[k]) ||
-            (!(header->features & EVOLVES) && header->totals[k] != 0.0))
-            return "a sum over all asperities is not what they have become";
+    const double none[3] = {0.0, 0.0, 0.0};
+    if (header->features & EVOLVES ? !all_finite(header->totals, 3)
+                                   : memcmp(header->totals, none, sizeof none) != 0)
+        return "a sum over all asperities is not what they have become";
     return check_sum(bytes, size);
 }
 
