@@ -34,6 +34,7 @@ from historysim.recording.variables import COORDINATES, Changes
 from historysim.studies.workers import BrokenError, Processes
 from historysim.surfaces.distribution import Gaussian, Tabulated
 from historysim.tables.columns import Column, Format, MissingValueError
+from historysim.tables.text_rows import BadRowError
 
 EVENTS = (
     hs.NormalLoad(0.0, 50e-3),
@@ -121,6 +122,7 @@ ERRORS = {
     ),
     "PullOffError": lambda: errors.PullOffError(-2e-3, -1e-3, 1),
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
+    "BadRowError": lambda: BadRowError("line 3: has a value too many"),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
     "NoLoopError": lambda: loop_values.NoLoopError("no whole loop"),
     "BrokenError": lambda: BrokenError("a process was killed"),
