@@ -56,7 +56,7 @@ class CoupledSolution:
     evaluations: int  #: number of evaluations of the equations
 
 
-def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
+def solve_ivp(  # noqa: PLR0913 - arguments of scipy's solve_ivp, and the contact
     motion: Motion,
     t_span: tuple[float, float],
     y0: ArrayLike,

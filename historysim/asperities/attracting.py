@@ -116,13 +116,13 @@ def _refusal(what: str) -> str:
 # no slots: cached properties need an instance dictionary
 @attrs.frozen(eq=False, init=False, repr=False, slots=False)
 class AttractingEnsemble(Ensemble):
-    """An `Ensemble` with ``attraction``, which makes it.
+    """The ensemble that `Ensemble` creates for an ``attraction``.
 
     A touching asperity is pulled with a constant force F. Loads from outside are N = Σ (P - F);
     tractions, stick radii and the friction limit belong to the loads P of the contact, so that the
-    tangential memory is that of the ensemble without attraction as a function of the approach.
-    Where a load is controlled, the approach goes on in the direction of the path to where that load
-    is met first; the states keep how often it jumped, and the energy that was lost.
+    tangential memory as a function of the approach is the same as without attraction. Under load
+    control the approach continues in the direction of the path to the first position with that
+    load; states have the number of jumps and the energy lost in them.
     """
 
     attraction: Attraction = attrs.field(init=False)

@@ -101,9 +101,9 @@ class ContactBatch:
         approach, tangential_displacement : array_like (contact)
             δ and U [m]. A negative δ, at which the spheres are separated, erases the memory of the
             contact. First touch on a path is at δ = 0 on the straight line from the previous
-            position; the first path starts from δ = U = 0. InputError if numbers are not finite, if
-            their number is not that of the contacts, or if another thread steps the batch; nothing
-            is changed then.
+            position; the first path starts from δ = U = 0. InputError, without
+            any change, if a number is not finite, the numbers are not as many as the contacts, or
+            another thread steps the batch.
         """
         pointers = self._native_pointers(approach, tangential_displacement)
         if pointers is None:

@@ -39,13 +39,12 @@ class LineContact(Patches):
 
     In plane strain of similar materials (Dundurs' β = 0) the tangential compliance is the normal
     one for every ν (Jäger, Ciavarella), so that the stick zone has the half-width of the contact
-    under N - |ΔT|/μ: √(1 - T/(μN)) of the contact on first loading. A half-plane has no
-    displacement of its own: displacements are relative to points at the depth L below the surface.
-    They alone depend on L, by terms proportional to the loads; energies, tractions and widths do
-    not.
+    under N - |ΔT|/μ: √(1 - T/(μN)) of the contact on first loading. Displacements of a
+    half-plane need a reference: here points at the depth L below the surface. Only displacements
+    depend on L, by terms proportional to the loads; energies, tractions and widths do not.
 
     The memory is replayed on knots of that curve. At given loads, half-widths, pressures and
-    tractions are those of the closed forms, displacements within 1e-7 of theirs, and energies of a
+    tractions follow the closed forms, displacements within 1e-7 of theirs, and energies of a
     cycle of ±T within 1e-6 from 0.2 μN on, 2e-5 from 0.1 μN on, and 1e-4 from 0.04 μN on. A bulk
     stress in the bodies, which shifts the stick zone, is not modelled.
 
@@ -216,7 +215,7 @@ class LineContact(Patches):
         return 1
 
     def _project(self, elements: Rows, friction: float, chosen: Integers, rows: Rows) -> None:
-        """Fill the rows of the contact, by closed forms; its radii are those of circles of equal area."""
+        """Fill the rows of the contact, by closed forms; its radii belong to circles of equal area."""
         del friction
         totals = elements.totals
         rows.totals[...] = totals

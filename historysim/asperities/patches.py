@@ -95,8 +95,8 @@ class Patches(IntegratedBody):
     ) -> Self:
         """Make the patches of one contact, which may interact, from their normal curves.
 
-        Tangential loads are superpositions of normal ones, whatever the shape of the contact and
-        however its patches interact (Jäger 1998; Ciavarella 1998): exact for similar materials
+        Tangential loads are superpositions of normal ones for any shape of the contact and any
+        interaction of its patches (Jäger 1998; Ciavarella 1998): exact for similar materials
         (Dundurs' β = 0), one direction of the tangential load, and ν = 0; for other ν a small
         transverse slip is neglected. In two directions all patches share one class of rings of
         traction, which is within 1.1 % of μN at ν = 0, and 3 % at ν = 0.45.

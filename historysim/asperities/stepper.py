@@ -274,10 +274,10 @@ class Stepper(WholeContact):
     ) -> None:
         """Move along one joint straight path; parameters and errors as in `Ensemble.advance`; no change on an error.
 
-        ``time`` is when the path ends [s], where a solver knows it. A UserWarning says that the
-        contact is moved as a solver's trials would: to a time that is no later than that of the
-        step before, or back and forth in each of several steps. All of it is remembered; `restore`
-        takes a trial back. Another thread that steps it gets an InputError.
+        ``time`` is the end time of the path [s], if a solver knows it. A UserWarning is issued if the
+        contact moves like the trials of a solver: to a time not after the previous step, or back
+        and forth in several successive steps. All motion is remembered; `restore` undoes a trial.
+        InputError if another thread steps it at the same time.
         """
         numbers, free = self._numbers, self._guard.free
         # not `with self._guard`, which costs a fifth of a step

@@ -58,8 +58,8 @@ ONSET_OF_LINE, LEAST_LENGTH = 1.79, 10.0
 class _Contact:
     """Asperities in contact (asperity): radii R, approaches δ, contact radii a [m], and normal loads N [N].
 
-    For yielded asperities R and δ are those of the flattened summit, and ``virgin_radius`` is the
-    radius before.
+    For yielded asperities R and δ belong to the flattened summit, and ``virgin_radius`` is the radius
+    before yielding.
     """
 
     ensemble: AsperitySet
@@ -93,10 +93,10 @@ def findings(
 ) -> tuple[Finding, ...]:
     """Check the assumptions of the model at an approach [m]; return those violated, each with a remedy.
 
-    The approach is that of the highest summit from first touch, the greatest of a history. The
-    README of the package lists all findings. What is not known of an ensemble (hardness, yield
-    stress and surface energies of its materials, positions, nominal area) is not checked; patches
-    of normal curves have `first_row` and `normal_curve` alone.
+    The approach is the largest one of the highest summit from first touch in a history. The README
+    of the package lists all findings. Assumptions about unknown properties of an ensemble
+    (hardness, yield stress and surface energies of its materials, positions, nominal area) are not
+    checked; patches of normal curves have only `first_row` and `normal_curve`.
     """
     contact: Any = ensemble
     if ensemble.line_length is not None:

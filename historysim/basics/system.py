@@ -40,8 +40,8 @@ NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # flag to open a possible FIFO without w
 # True if a file can be renamed and replaced while it is open
 REPLACES_OPEN_FILES = os.name == "posix"
 
-# Held while SQLite runs, which has locks of its own: a fork waits for it, so that these are free in
-# the copy.
+# Held while SQLite runs, which has internal locks: a fork waits for it, so that they are free in the
+# copy.
 fork_lock = threading.RLock()
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(

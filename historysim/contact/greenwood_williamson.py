@@ -40,8 +40,7 @@ class GreenwoodWilliamson:
 
     contact_modulus: float = _number()  #: E* [Pa], > 0
     summit_radius: float = _number()  #: R [m], > 0
-    #: Standard deviation σ of the summit heights [m], > 0; not that of the surface, which is
-    #: larger.
+    #: Standard deviation σ of the summit heights [m], > 0; the surface heights have a larger one.
     height_deviation: float = _number()
     summit_density: float = _number()  #: D [1/m²], > 0
     nominal_area: float = _number()  #: A0 [m²], > 0

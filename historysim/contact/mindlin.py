@@ -136,7 +136,7 @@ def traction_after_reversal(
 
     For T* > 0, τ(r) = -(3μN)/(2πa³) · [√(a² - r²) - 2√(b² - r²) + √(c² - r²)], each root only
     inside its radius, with the stick radius c at T* and the radius b of `counter_slip_radius`; the
-    mirror image for T* < 0. It is the virgin traction of T* plus twice that of (T - T*)/2. Its
+    mirror image for T* < 0. It is the virgin traction of T* plus twice the virgin traction of (T - T*)/2. Its
     integral over the contact is T, and |τ| ≤ μ p(r).
     """
     turned, half = _since_reversal(tangential_load, reversal_load)

@@ -101,10 +101,10 @@ def validity_findings(
     instrument: Instrument = RIGID,
     approach: float | None = None,
 ) -> tuple[Finding, ...]:
-    """Return the assumptions of the model that are violated where asperities are loaded most.
+    """Return the assumptions of the model that are violated at the largest loads of asperities.
 
-    They are those of `asperities.validity.findings` and of the functions below. `approach` is the
-    largest one of the history [m]; computed by default.
+    They combine `asperities.validity.findings` and the functions below. `approach` is the largest
+    one of the history [m]; computed by default.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
     of_contact = validity.findings(ensemble, approach, instrument)

@@ -75,14 +75,14 @@ class Variable:
     when: Callable[[Changes], bool] = attrs.field(
         default=_always, kw_only=True, eq=False, repr=False
     )
-    #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the
-    #: same name, without ``total_`` or ``present_`` in front.
+    #: Field of ``hs_totals``, or of ``hs_rows`` for a variable of each asperity; by default of the
+    #: same name, without the prefix ``total_`` or ``present_``.
     source: str = attrs.field(kw_only=True)
-    #: Computes it from rows, the ensemble and the instrument, where it is no such field.
+    #: Computes it from rows, the ensemble and the instrument, if it is not such a field.
     derived: "Callable[[Rows, Body, Instrument], Array] | None" = attrs.field(
         default=None, kw_only=True, eq=False
     )
-    #: Whether it has two components where there are two tangential directions.
+    #: Whether it has two components with two tangential directions.
     directed: bool = attrs.field(default=False, kw_only=True)
 
     @source.default
@@ -98,7 +98,7 @@ class Variable:
     def attributes(self) -> dict[str, Any]:
         """Attributes in the Dataset and in the file."""
         units = {"units": self.units} if self.units else {}
-        # ACDD's word for what comes out of a model
+        # ACDD's term for output of a model
         rows = "step" in self.dimensions and self.name != "time"
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}

@@ -285,14 +285,13 @@ def regime(
 ) -> Regime | npt.NDArray[np.object_]:
     """Return the zone of a contact in the adhesion map, a `Regime` for scalars.
 
-    The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5
+    The map of Johnson and Greenwood (1997) is used, in their coordinates and with their limit of 5
     %. The zone is the first of these that holds:
 
     - Hertz, above `hertz_boundary`: adhesion is at most 5 % of the load. This includes contacts
       that are rigid, too, since Hertz gives their contact radius.
-    - JKR for λ > 5, and Maugis for λ ≥ 0.1. At these limits, which are commonly quoted and a
-      choice, the pull-off load of Maugis differs by 0.4 % from that of JKR and by 2.5 % from that
-      of DMT.
+    - JKR for λ > 5, and Maugis for λ ≥ 0.1. At these conventional limits the pull-off load of
+      Maugis differs by 0.4 % from JKR and by 2.5 % from DMT.
     - rigid (Bradley) below `rigid_boundary`: the elastic compression is less than 5 % of z0.
     - DMT for the rest.
 
@@ -301,8 +300,8 @@ def regime(
     maugis_parameter : array_like
         λ [1], between 1e-12 and 1e12.
     load_parameter : array_like
-        N/(πWR) [1], negative where it pulls, and no less than the pull-off load: -2 for λ < 0.1,
-        that of Maugis beyond.
+        N/(πWR) [1], negative where it pulls, and not below the pull-off load: -2 for λ < 0.1,
+        the value of Maugis beyond.
     """
     parameter = _solvable(maugis_parameter)
     pull_off = np.where(
