@@ -5,6 +5,7 @@ import shutil
 import signal
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from unittest.mock import patch
 
@@ -48,7 +49,9 @@ def assert_same(found, expected):
         assert found[name].dtype == values.dtype
 
 
-def test_a_run_to_a_store_is_that_to_a_file(scenario, tmp_path):
+def test_a_run_to_a_store_is_that_to_a_file(scenario, tmp_path, monkeypatch):
+    done = []
+    monkeypatch.setattr(zarr_result, "progress_bar", lambda *_, **__: nullcontext(done.append))
     hs.run(scenario, "rough.zarr", progress=True, threads=2).close()
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "rough.history",
@@ -57,6 +60,8 @@ def test_a_run_to_a_store_is_that_to_a_file(scenario, tmp_path):
     ]
     hs.run("rough.history", "full.nc").close()
     history, expected = hs.open("rough.zarr"), hs.open("full.nc")
+    assert len(done) > 1
+    assert sum(done) == history.sizes["step"]
     assert len(hs.open("rough.zarr", chunks="auto").normal_load.data.chunks[0]) > 1
     assert history.slip_state.attrs["flag_values"].dtype == np.int8
     assert_same(history, expected)
