@@ -190,7 +190,7 @@ COMMANDS = {
 @mark.filterwarnings("ignore::UserWarning")
 def test_every_command_supports_or_refuses_two_directions(tmp_path, scenario, monkeypatch):
     monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
-    hs.run(scenario, tmp_path / "plane.nc")
+    hs.run(scenario, tmp_path / "plane.nc", compression="zlib")
     places = {"nc": tmp_path / "plane.nc", "log": tmp_path / "plane.history", "toml": scenario}
     for number, (command, expected) in enumerate(COMMANDS.items()):
         words = [word.format(out=tmp_path / f"out{number}", **places) for word in command.split()]

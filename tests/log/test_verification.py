@@ -6,6 +6,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import xarray as xr
+from pairs import UNIT
 from pytest import approx, fixture, mark
 
 import historysim as hs
@@ -80,6 +81,18 @@ def test_rounding_of_another_version_is_noted_and_that_of_another_machine_is_a_f
     assert [difference.name for difference in found.differences] == ["separation"]
     assert found.differences[0].largest < 1e-15
     assert any("another one" in line for line in notices) != fails
+
+
+def test_rounding_of_another_machine_is_noted_where_friction_has_powers_of_its_own(tmp_path):
+    contact = hs.Ensemble(UNIT, 0.0, 1.0, hs.laws.PowerLaw(0.4, 0.01, -0.3))
+    path = tmp_path / "a.nc"
+    hs.EventLog.create(path.with_suffix(".history"), contact, [hs.NormalLoad(0.0, 0.01)]).close()
+    hs.run(path.with_suffix(".history"), path).close()
+    for maker, noted in ((None, False), ("another one", True)):
+        with netCDF4.Dataset(path, "a") as result:
+            result.made_with = maker or result.made_with
+            result["separation"][0] = np.nextafter(result["separation"][0], 1.0)
+        assert bool(hs.verify(path)) == noted
 
 
 @mark.parametrize("name, change", [("separation", 1e-6), ("slip_state", 1)])
