@@ -263,7 +263,7 @@ HS_WIDE static void solve_cholesky(const double *factor, int64_t stride, int32_t
  * is not positive definite. */
 HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
     const int64_t stride = 2 * problem->capacity;
-    int32_t count = 0;
+    int32_t count = 0, slipping = 0; /* unknowns; outer rings that all slip */
     for (int32_t i = 1; i <= problem->active_count; ++i) {
         hs_vector traction = problem->traction[i];
         double limit = problem->limit[i], norm = hs_norm(traction);
@@ -274,16 +274,21 @@ HS_WIDE static int factorise_newton_matrix(hs_ring_problem *problem) {
                   tangent = {-traction.y / norm, traction.x / norm};
         problem->basis_ring[count] = is_slipping ? -i : i;
         problem->basis[count++] = is_slipping ? tangent : axis_x;
-        if (is_slipping) continue;
+        if (is_slipping) {
+            slipping += slipping == i - 1;
+            continue;
+        }
         problem->basis_ring[count] = i;
         problem->basis[count++] = axis_y;
     }
     for (int32_t a = 0; a < count; ++a) {
-        int32_t i = abs(problem->basis_ring[a]);
-        for (int32_t b = a; b < count; ++b)
-            problem->cholesky_factor[a * stride + b] =
-                ELEMENT(hessian, i, abs(problem->basis_ring[b])) *
-                hs_dot(problem->basis[a], problem->basis[b]);
+        int32_t i = abs(problem->basis_ring[a]), b = a;
+        const double *restrict hessian = &ELEMENT(hessian, i, 0);
+        const hs_vector *restrict basis = problem->basis, direction = basis[a];
+        double *restrict row = problem->cholesky_factor + a * stride;
+        for (; b < slipping; ++b) row[b] = hessian[b + 1] * hs_dot(direction, basis[b]);
+        for (; b < count; ++b)
+            row[b] = hessian[abs(problem->basis_ring[b])] * hs_dot(direction, basis[b]);
         if (problem->basis_ring[a] < 0) {
             double limit = problem->limit[i];
             problem->cholesky_factor[a * stride + a] +=
@@ -327,9 +332,9 @@ static double apply_newton_step(hs_ring_problem *problem) {
     return max_change;
 }
 
-/* Compute tractions of rings that are not active. Returns the innermost ring beyond its limit, or
- * 0. */
-HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem) {
+/* Compute tractions of rings that are not active, up to ring `last`. Returns the innermost one
+ * beyond its limit, or 0. */
+HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem, int32_t last) {
     const int32_t active = problem->active_count;
     const double *depth = problem->depth;
     hs_vector *slope = problem->slope, outer_slip = {0.0, 0.0};
@@ -342,7 +347,7 @@ HS_WIDE static int32_t find_innermost_violation(hs_ring_problem *problem) {
         slope[j].y = (slip.y - outer_slip.y) / width;
         outer_slip = slip;
     }
-    for (int32_t i = active + 1; i <= problem->ring_count; ++i) {
+    for (int32_t i = active + 1; i <= last; ++i) {
         problem->traction[i] = hs_add_scaled(problem->rest_traction[i], problem->unit_traction[i],
                                              problem->displacement);
         if (active > 0)
@@ -389,7 +394,7 @@ int hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, int max_ite
         return 1;
     }
     int32_t wanted = problem->wanted_count;
-    if (problem->active_count == 0) wanted = find_innermost_violation(problem);
+    if (problem->active_count == 0) wanted = find_innermost_violation(problem, n);
     if (wanted == 0) return 1;
     /* the active set only grows, since its matrices are extended ring by ring */
     problem->active_count = 0;
@@ -409,7 +414,10 @@ int hs_solve_rings(hs_ring_problem *problem, hs_vector displacement, int max_ite
         sweep_gauss_seidel(problem);
         double change = apply_newton_step(problem);
         compute_deflections(problem);
-        wanted = find_innermost_violation(problem);
+        /* before it converges, only as far as slip spreads in an iteration; chosen */
+        int32_t near = problem->active_count + problem->active_count / 2 + 4;
+        wanted =
+            find_innermost_violation(problem, change <= NEWTON_TOLERANCE || near > n ? n : near);
         /* activate one more ring in advance: slip that spreads inward mostly continues */
         if (wanted && wanted < n) ++wanted;
         problem->wanted_count = wanted ? wanted : problem->active_count;

@@ -555,6 +555,17 @@ def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
     )
     assert_allclose(by_load.tangential_displacement, (0.03, 0.06), rtol=1e-12)
     assert by_load.dissipated_energy == state.dissipated_energy
+    # a stepper, which sticks in place
+    stepper = ensemble.stepper()
+    for reached in (after, by_load):
+        stepper.restore(state)
+        if reached is after:
+            stepper.step(normal_displacement=0.35, tangential_displacement=(0.03, 0.06))
+        else:
+            stepper.step(
+                normal_load=after.normal_load, tangential_load=tuple(after.tangential_load)
+            )
+        assert stepper.save() == reached
     # and in a hundred parts, which remember the same
     parts = state
     for k in range(1, 101):
