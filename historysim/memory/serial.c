@@ -258,8 +258,11 @@ const char *hs_state_check(const hs_state *state) {
         !are_between(memory->friction, contact->groups, 0.0, HS_MOST_FRICTION) ||
         (memory->evolved && !all_finite(memory->evolved->summit_height, arrays * count)))
         return "a number is not finite, or beyond those that are computed with";
-    for (int64_t index = 0; index < line->contact->groups; ++index)
-        if (!is_stack(line, index)) return "the vertices of a group do not fit the approach";
+    /* flags of a scaled contact are those of its groups, which are not steep */
+    for (int64_t index = 0; index < contact->groups; ++index)
+        if (memory->steep[index] > !memory->scaled ||
+            (index < line->contact->groups && !is_stack(line, index)))
+            return "the vertices of a group do not fit the approach";
     return NULL;
 }
 
