@@ -28,12 +28,12 @@ class ModelResponse:
     """Response of a model at each sample of an observation."""
 
     displacement: Floats  #: (sample) Displacement of the drive, close to the measured one [m]
-    tangential_load: Floats  #: (sample) [N]
+    contact_load: Floats  #: (sample) Tangential load of the contact alone [N]
     #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
     slope: Floats
     friction_limit: Floats  #: (sample) [N]
-    #: (sample) Load of a spring in parallel, which is part of the tangential load [N]
-    parallel_load: Floats
+    #: of a spring in parallel, whose load is part of the tangential load [N/m]
+    parallel_stiffness: float
     order: Integers  #: (sample) Samples in the order in which the model passes them
     displacement_noise: float  #: of the observation [m]
 
@@ -47,10 +47,11 @@ class ModelResponse:
         return greatest
 
     @property
-    def contact_load(self) -> Floats:
-        """Tangential load of the contact alone (sample) [N]."""
-        load: Floats = self.tangential_load - self.parallel_load
-        return load
+    def tangential_load(self) -> Floats:
+        """Tangential load of contact and spring (sample) [N]."""
+        if self.parallel_stiffness == 0:
+            return self.contact_load
+        return self.contact_load + self.parallel_stiffness * self.displacement
 
 
 def compute_response(
@@ -98,13 +99,11 @@ def compute_response(
         sorted_values[order] = values
         return sorted_values
 
-    displacement = restore_order(target)
-    parallel_load = instrument.parallel_stiffness * displacement
     return ModelResponse(
         slope=restore_order(stiffness),
-        displacement=displacement,
-        tangential_load=restore_order(load) + parallel_load,
-        parallel_load=parallel_load,
+        displacement=restore_order(target),
+        contact_load=restore_order(load),
+        parallel_stiffness=instrument.parallel_stiffness,
         friction_limit=restore_order(limit),
         order=order,
         displacement_noise=observation.displacement_noise,
