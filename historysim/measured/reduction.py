@@ -434,7 +434,7 @@ class Measurement:
         if not stiffness or moved is None or self.get(name) is None:
             return self
         remark = "tangential load: spring in parallel taken off", quantity_text(stiffness, "N/m")
-        changed = self._with_channel(name, self[name] - stiffness * moved)
+        changed = self._replace_channel(name, self[name] - stiffness * moved)
         return attrs.evolve(changed, remarks=(*self.remarks, remark))
 
     def add_displacement_offset(self, offset: float) -> "Measurement":
@@ -442,9 +442,9 @@ class Measurement:
         name = "tangential_displacement"
         if not offset or self.get(name) is None:
             return self
-        return self._with_channel(name, self[name] + offset)
+        return self._replace_channel(name, self[name] + offset)
 
-    def _with_channel(self, name: str, values: Floats) -> "Measurement":
+    def _replace_channel(self, name: str, values: Floats) -> "Measurement":
         """Return the record with other values of a channel."""
         if name in self.channels:
             return attrs.evolve(self, channels={**self.channels, name: values})

@@ -300,7 +300,7 @@ def sliding_of_channels(
     along = along[pressed]
     friction = sense * load[pressed] / normal[pressed]
     name: Over = over or ("time" if moved is None else "distance")
-    friction, remarks = _without_outliers(times[pressed], friction)
+    friction, remarks = _interpolate_outliers(times[pressed], friction)
     if name == "time":
         begins = _begins(
             along, friction, None if rests or moved is None else moved[pressed], int(count)
@@ -318,7 +318,7 @@ def sliding_of_channels(
             "expected tangential displacement and tangential_load positive in one direction: reverse one of the two, "
             "with a scale of -1"
         )
-    smooth, spikes = _without_spikes(friction)
+    smooth, spikes = _smooth_spikes(friction)
     remarks += spikes
     # noise that is correlated from sample to sample is more than what one differs from the next by
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
@@ -338,7 +338,7 @@ def sliding_of_channels(
     )
 
 
-def _without_outliers(time: Floats, friction: Floats) -> tuple[Floats, list[tuple[str, str]]]:
+def _interpolate_outliers(time: Floats, friction: Floats) -> tuple[Floats, list[tuple[str, str]]]:
     """Interpolate friction over outliers; return a remark as well."""
     outliers = _find_outliers(friction)
     if not outliers.any():
@@ -348,7 +348,7 @@ def _without_outliers(time: Floats, friction: Floats) -> tuple[Floats, list[tupl
     return interpolated, [("outliers", _outlier_text(time, friction, outliers))]
 
 
-def _without_spikes(friction: Floats) -> tuple[Floats, list[tuple[str, str]]]:
+def _smooth_spikes(friction: Floats) -> tuple[Floats, list[tuple[str, str]]]:
     """Smooth friction if it has spikes; return a remark as well."""
     spikes = count_of_spikes(friction, USUAL_STEPS)
     if spikes < FEWEST_SPIKES:
