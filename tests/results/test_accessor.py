@@ -63,7 +63,7 @@ def test_one_step_is_not_enough_for_some_questions(history, name):
 
 def test_type_checkers_know_every_query():
     source = inspect.getsource(accessor.Queries)
-    typed = re.findall(r"^ +(\w+) = _typed\(\w+\.(\w+)\)$", source, re.MULTILINE)
+    typed = re.findall(r"^ +(\w+) = _type\(\w+\.(\w+)\)$", source, re.MULTILINE)
     assert dict(typed) == {name: query.function.__name__ for name, query in all_queries().items()}
 
 

@@ -192,10 +192,10 @@ class _Derived(BackendArray):
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         return indexing.explicit_indexing_adapter(
-            key, self.shape, indexing.IndexingSupport.OUTER, self._compute_at
+            key, self.shape, indexing.IndexingSupport.OUTER, self._compute_part
         )
 
-    def _compute_at(self, key: tuple[Any, ...]) -> Floats:
+    def _compute_part(self, key: tuple[Any, ...]) -> Floats:
         where = dict(zip(self.dims, key, strict=True))
         return self._compute(*(source.isel(where).values for source in self._sources))
 
