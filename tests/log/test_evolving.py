@@ -147,6 +147,7 @@ def test_states_at_any_moment_and_forks_agree_with_the_replay(made):
             )
             assert fork.state().tangential_load == approx(whole.tangential_load, rel=1e-3)
         one = log.state_dataset(4.0)
+        assert one.sizes["step"] == 1
         for name in ("worn_volume", "slid_distance", "present_summit_height", "tangential_load"):
             assert one[name].values[0] == approx(history[name].values[4], rel=1e-12), name
 
