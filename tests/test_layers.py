@@ -8,8 +8,8 @@ from pathlib import Path
 from import_graph import ROOT, imports, modules, package_imports, parsed
 from pytest import mark
 
-# the rooms, from the top down: each imports from those above it alone
-ROOMS = (
+# the packages, from the top down: each imports from those above it alone
+PACKAGES = (
     "errors",
     "basics",
     "tables",
@@ -40,7 +40,7 @@ LONGEST_LOOP = 200
 HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "pint", "tqdm", "h5py", "nptdms"}
 
 
-def room(name):
+def package_of(name):
     """The package of a module."""
     return name.split(".")[0]
 
@@ -58,7 +58,7 @@ def complaints(root):
     found = []
     graph = {name: own for name, (own, _) in imports(root).items() if name not in (*FREE, ANYONE)}
     for name, own in graph.items():
-        if room(name) not in ROOMS:
+        if package_of(name) not in PACKAGES:
             found.append(
                 f"{name} is in no package of the table; move it into one, below the packages it imports"
             )
@@ -68,10 +68,12 @@ def complaints(root):
                 found.append(
                     f"{name} imports the package itself; import the module that defines the name"
                 )
-            elif room(target) in ROOMS and ROOMS.index(room(target)) > ROOMS.index(room(name)):
+            elif package_of(target) in PACKAGES and PACKAGES.index(
+                package_of(target)
+            ) > PACKAGES.index(package_of(name)):
                 found.append(f"{name} imports {target}, which is below it")
-    for own_room in ROOMS:
-        inside_it = {name: own for name, own in graph.items() if room(name) == own_room}
+    for own_package in PACKAGES:
+        inside_it = {name: own for name, own in graph.items() if package_of(name) == own_package}
         if names := circle(inside_it):
             found.append(f"{', '.join(names)} import one another in a circle")
     return found
@@ -101,11 +103,11 @@ def test_every_module_imports_only_from_above():
     assert complaints(ROOT) == []
 
 
-def test_the_architecture_has_every_room_in_its_order():
+def test_the_architecture_has_every_package_in_its_order():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     table = text[text.index("| package |") :].split("\n\n")[0]
     listed = re.findall(r"^\| `([\w.]+?)(?:/|\.py)` \|", table, re.MULTILINE)
-    assert listed == list(ROOMS)
+    assert listed == list(PACKAGES)
 
 
 def test_all_modules_are_read():
@@ -115,19 +117,19 @@ def test_all_modules_are_read():
     assert {"loads.schedule", "log.file"} <= found["log.result"][0]
 
 
-def test_every_room_has_its_tests():
+def test_every_package_has_its_tests():
     tests = Path(__file__).parent
     there = {name.removeprefix("test_") for name in (path.stem for path in tests.iterdir())}
-    rooms = {room(name) for name in modules(ROOT)} - {*FREE, ANYONE, "errors"}
-    assert rooms <= there
+    packages = {package_of(name) for name in modules(ROOT)} - {*FREE, ANYONE, "errors"}
+    assert packages <= there
 
 
-def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
+def test_the_replay_loop_is_short_and_knows_neither_logs_nor_scenarios():
     assert len((ROOT / "replaying.py").read_text(encoding="utf-8").splitlines()) < LONGEST_LOOP
-    below = ROOMS[ROOMS.index("replaying") + 1 :]
+    below = PACKAGES[PACKAGES.index("replaying") + 1 :]
     graph = package_imports()
     reached = reachable({**graph, "": (set(), set())}, ["replaying"])
-    assert {room(name) for name in reached} & set(below) == set()
+    assert {package_of(name) for name in reached} & set(below) == set()
 
 
 @mark.parametrize("name", READERS)
@@ -136,9 +138,9 @@ def test_readers_of_a_dataset_do_not_import_the_engine(name):
     # run
     declarations = {SCHEMA: package_imports(top_level=True)[SCHEMA]}
     found = reachable({**package_imports(), **declarations, "": (set(), set())}, [name])
-    assert {module for module in found if room(module) in ENGINE} <= {
+    assert {module for module in found if package_of(module) in ENGINE} <= {
         SCHEMA,
-        room(SCHEMA),
+        package_of(SCHEMA),
         "recording.stored_units",
     }
 

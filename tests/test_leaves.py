@@ -16,7 +16,7 @@ LEAVES = {
     ],
     "solvers and batches": ["coupling.py", "asperities/contact_batch.py"],
 }
-COMMANDS = "cli"  # may import any room where a command is called
+COMMANDS = "cli"  # may import any package where a command is called
 # How modules begin that import a leaf on request, except commands.
 CALLERS = {
     # types register their pages

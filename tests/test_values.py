@@ -261,9 +261,9 @@ def test_an_error_of_a_process_comes_with_its_numbers():
     assert caught.value.limit == approx(0.01)
 
 
-def modules(rooms):
-    for room in rooms:
-        package = importlib.import_module(f"historysim.{room}")
+def modules(packages):
+    for name in packages:
+        package = importlib.import_module(f"historysim.{name}")
         yield package
         for found in pkgutil.walk_packages(
             getattr(package, "__path__", []), f"{package.__name__}."
@@ -324,8 +324,17 @@ def test_no_value_is_forgotten():
         if isinstance(one := getattr(hs, name), type) and name not in ERRORS
     ]
     assert {one.__name__ for one in kinds} - {one.__name__ for one in met} == NO_VALUES
-    rooms = ["basics", "tables", "contact", "surfaces", "interaction", "loads", "log", "measured"]
-    for module in modules([*rooms, "recording.variables"]):
+    packages = [
+        "basics",
+        "tables",
+        "contact",
+        "surfaces",
+        "interaction",
+        "loads",
+        "log",
+        "measured",
+    ]
+    for module in modules([*packages, "recording.variables"]):
         for kind in vars(module).values():
             if (
                 not (

@@ -19,9 +19,9 @@ from pathlib import Path
 import atheris
 
 # what is compiled cannot be watched as well
-for room in ("memory", "recording", "interaction"):
+for package in ("memory", "recording", "interaction"):
     for module in pkgutil.iter_modules(
-        import_module(f"historysim.{room}").__path__, f"historysim.{room}."
+        import_module(f"historysim.{package}").__path__, f"historysim.{package}."
     ):
         import_module(module.name)
 

@@ -36,7 +36,7 @@ static double chance(void) {
 }
 
 int main(int count, char **words) {
-    int64_t room = count > 1 ? atol(words[1]) : 8;
+    int64_t capacity = count > 1 ? atol(words[1]) : 8;
     double friction = FRICTION, scale = 4.0 / 3.0 * 70e9 * sqrt(1e-3);
     double *approach = (double *)malloc(6 * CONTACTS * sizeof(double)),
            *displacement = approach + CONTACTS;
@@ -49,8 +49,8 @@ int main(int count, char **words) {
     int fails = 0;
     if (!approach || !kept || !whole || !here) return 2;
     for (int i = 0; i < CONTACTS; ++i) {
-        kept[i].vertex =
-            (hs_batch_vertex *)malloc((size_t)(room > 1 ? room : 1) * sizeof(hs_batch_vertex));
+        kept[i].vertex = (hs_batch_vertex *)malloc((size_t)(capacity > 1 ? capacity : 1) *
+                                                   sizeof(hs_batch_vertex));
         if (!kept[i].vertex) return 2;
     }
     for (int step = 0; step < STEPS; ++step) {
@@ -72,7 +72,7 @@ int main(int count, char **words) {
             error = fmax(error, off);
             largest = fmax(largest, fabs(exact[i]));
             /* the history of fixed size, as it is stored between steps */
-            kept[i].lost += hs_batch_shorten(here, i, room);
+            kept[i].lost += hs_batch_shorten(here, i, capacity);
             bound = fmax(bound, kept[i].lost);
             kept[i].depth = hs_batch_take(here, i, kept[i].vertex);
         }
