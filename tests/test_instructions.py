@@ -35,6 +35,14 @@ def test_goals_are_of_cases_that_do_not_reach_them_yet():
     ] == []
 
 
+def test_several_coefficients_take_at_most_four_times_one():
+    counted = json.loads((SCRIPT.parent / "instructions.json").read_text("utf-8"))["instructions"]
+    one = counted["1 coefficient of 20, ramps of 10 %"]
+    several = {k: v for k, v in counted.items() if " coefficients, ramps" in k and "own" not in k}
+    assert len(several) == 3
+    assert {k: v for k, v in several.items() if v > 4 * one} == {}
+
+
 @mark.ci
 @mark.timeout(900)
 @mark.skipif(

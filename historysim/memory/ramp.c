@@ -173,19 +173,27 @@ static double state_error(const ramp *way, double *crossing) {
     const hs_point *from = &way->curve.from, *to = &way->curve.to;
     const double tolerated = STATE_TOLERANCE * way->tolerance * way->reach, rise = to->d - from->d,
                  change = fabs(to->v - from->v);
-    double most = 0.0, bow = 0.0;
+    double most = 0.0, bow = 0.0, lowest = HUGE_VAL, highest = -HUGE_VAL;
     hs_point point[SAMPLES + 1];
     *crossing = 1.0;
     for (int j = 0; j <= SAMPLES; ++j) {
         double u = (double)j / SAMPLES;
         bow = hs_max(bow, fabs(distance_at(way, u)) * way->length);
         point[j] = point_on(way, u);
+        /* the range of dV/dd, unbounded where the approach turns */
+        if (j == 0) continue;
+        const double deeper = point[j].d - point[j - 1].d, moved = point[j].v - point[j - 1].v;
+        const int turns = !(deeper * rise > 0.0);
+        lowest = hs_min(lowest, turns ? -HUGE_VAL : moved / deeper);
+        highest = hs_max(highest, turns ? HUGE_VAL : moved / deeper);
     }
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         const double friction = memory->friction[index];
         if (memory->contact->gap[memory->contact->first[index]] >= hs_max(from->d, to->d)) break;
         if (rise > 0.0 && change < friction * rise) most = bow;
-        if (bow <= tolerated) continue;
+        const int crosses = (lowest <= friction && friction <= highest) ||
+                            (lowest <= -friction && -friction <= highest);
+        if (bow <= tolerated || !crosses) continue;
         for (int side = -1; side <= 1; side += 2) {
             double reached[SAMPLES + 1];
             for (int j = 0; j <= SAMPLES; ++j)

@@ -175,7 +175,7 @@ def cases():
     yield from events_of_many(case)
     yield case("approach and displacement", many, together(approaches(10), displacements(10)))
     yield case("own coefficients, load", own, loads(4, 0.15 * load[own]))
-    # the neighbour of ramps of several coefficients: goals are 4 times the same asperities of one
+    # ramps of several coefficients take at most 4 times as many as the same asperities of one
     yield case("1 coefficient of 20, ramps of 10 %", ensemble(20), ramps(4, load[few], 0.1))
     two = ensemble(20, np.tile((0.15, 0.25), 10))
     yield case("2 coefficients, ramps of 10 %", two, ramps(4, load[few], 0.1))
