@@ -199,12 +199,6 @@ hs_slopes hs_slopes_of(const hs_state *state, double start) {
     return slopes;
 }
 
-double hs_stiffness(const hs_state *state, int direction) {
-    return state->plane ? NAN : hs_line_stiffness(&state->line, direction);
-}
-
-double hs_normal_stiffness(const hs_state *state) { return hs_line_normal_stiffness(&state->line); }
-
 double hs_stored_energy(const hs_state *state) {
     return state->plane ? hs_plane_stored_energy(state) : hs_line_stored_energy(&state->line);
 }

@@ -9,8 +9,6 @@
 
 int hs_line_read(const hs_line *memory, const hs_rows *rows, int64_t row);
 hs_slopes hs_line_slopes(const hs_line *memory, double start);
-double hs_line_stiffness(const hs_line *memory, int direction);
-double hs_line_normal_stiffness(const hs_line *memory);
 double hs_line_stored_energy(const hs_line *memory);
 
 /* ---- integrate.c ---- */

@@ -148,12 +148,18 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
     }
     piece.drag_low =
         friction * (held ? d - piece.low : hs_max(d - piece.low - lag * piece.slip_low, 0.0));
-    for (int64_t j = inner_count > 0 ? inner_count : 1; j <= edge.segment; ++j) {
-        piece.high = j == edge.segment ? edge.label : stack[j].label;
-        piece.slip_high =
-            piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
-        piece.drag_high = friction * (held ? d - piece.high
-                                           : hs_max(d - piece.high - lag * piece.slip_high, 0.0));
+    /* the last iteration is for springs that came into contact on the path */
+    for (int64_t j = inner_count > 0 ? inner_count : 1; j <= edge.segment + path.grows; ++j) {
+        piece.high = d;
+        piece.slip_high = piece.drag_high = 0.0;
+        if (j <= edge.segment) {
+            piece.high = j == edge.segment ? edge.label : stack[j].label;
+            piece.slip_high =
+                piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
+            piece.drag_high =
+                friction *
+                (held ? d - piece.high : hs_max(d - piece.high - lag * piece.slip_high, 0.0));
+        }
         if (bowed)
             hs_add_loss(&group, losses, &piece);
         else
@@ -161,14 +167,6 @@ static HS_INLINE int slide_single(hs_line *memory, int64_t index, hs_losses *los
         piece.low = piece.high;
         piece.slip_low = piece.slip_high;
         piece.drag_low = piece.drag_high;
-    }
-    if (path.grows) {
-        piece.high = d;
-        piece.slip_high = piece.drag_high = 0.0;
-        if (bowed)
-            hs_add_loss(&group, losses, &piece);
-        else
-            hs_queue_loss(losses, gap, weight, position, memory->dissipated_each, &piece);
     }
     double reached = front.tangential + slope * (load - front.normal);
     stack[inner_count] = front;

@@ -54,9 +54,10 @@ static inline void add_stiffness(const hs_line *memory, int64_t index, double di
     }
 }
 
-double hs_line_stiffness(const hs_line *memory, int direction) {
+double hs_stiffness(const hs_state *state, int direction) {
+    const hs_line *memory = hs_active(&state->line);
     double stiffness = 0.0;
-    memory = hs_active(memory);
+    if (state->plane) return NAN;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         double friction = memory->friction[index];
@@ -68,7 +69,8 @@ double hs_line_stiffness(const hs_line *memory, int direction) {
     return stiffness * memory->contact->units.stiffness;
 }
 
-double hs_line_normal_stiffness(const hs_line *memory) {
+double hs_normal_stiffness(const hs_state *state) {
+    const hs_line *memory = &state->line;
     const hs_units *units = &memory->contact->units;
     return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load /
            units->length;

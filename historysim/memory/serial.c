@@ -88,14 +88,18 @@ typedef struct class_head {
 /* Members of hs_plane before the rings. */
 #define PLANE_BYTES offsetof(hs_plane, body)
 
+/* Numbers of `far_energy`. */
+static size_t far_numbers(const head *header) {
+    return header->features & FAR ? (size_t)hs_count_clusters(header->count) * HS_PROXIES : 0;
+}
+
 static size_t state_bytes(const head *header) {
     size_t n = (size_t)header->count, g = (size_t)header->groups, watched = (size_t)header->watched;
     size_t evolved =
         header->features & EVOLVES ? hs_evolved_arrays((header->features & YIELDS) != 0) * n : 0;
     size_t slides = header->features & SLIDES ? (watched ? watched : n) : 0;
-    size_t far = header->features & FAR ? (size_t)hs_count_clusters(header->count) * HS_PROXIES : 0;
-    size_t numbers =
-        4 * n + 3 * g + 1 + watched + 6 * (size_t)header->vertices + evolved + slides + far;
+    size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)header->vertices + evolved + slides +
+                     far_numbers(header);
     size_t plane = header->features & PLANE ? PLANE_BYTES : 0;
     plane += (size_t)header->classes * sizeof(class_head) + (size_t)header->nodes * NODE_BYTES;
     /* flags of one byte stand after the numbers */
@@ -459,7 +463,7 @@ int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state
     if (!contact) return HS_NOT_A_STATE;
     at += 8 * (3 * n + g + 1 + (size_t)header.watched);
     /* depths stand after friction and energies, and give the number of vertices */
-    size_t far = header.features & FAR ? (size_t)hs_count_clusters(header.count) * HS_PROXIES : 0;
+    size_t far = far_numbers(&header);
     int64_t deepest = max_stack_depth(&header, at + 8 * (g + n + far));
     int evolves = !(header.features & EVOLVES) ? 0
                   : header.features & YIELDS   ? 2
