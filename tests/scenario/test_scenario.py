@@ -8,7 +8,9 @@ from broken import (
     SPHERE,
     WAYPOINTS,
 )
+from golden import refused
 from pytest import approx, fixture, mark, raises
+from sections import LINES, SECTIONS, section
 
 from historysim.errors import InputError
 from historysim.loads.events import (
@@ -180,3 +182,14 @@ def test_files_that_are_no_scenario(tmp_path, content, said):
 @mark.parametrize("document", DOCUMENTS)
 def test_the_documents_that_are_broken_elsewhere_are_good(folder, document):
     assert built(folder, document)
+
+
+def test_as_many_steps_as_are_allowed_are_taken(tmp_path, monkeypatch):
+    more = LINES.replace("normal_load = 0 }", "normal_load = 0 }, { time = 1, normal_load = 1 }")
+    found = loaded(tmp_path, section(SECTIONS["sphere"]) + more + "substeps = 5\n")
+    steps = 5 * len(found.events())
+    monkeypatch.setenv("HISTORYSIM_MOST_STEPS", str(steps))
+    assert found.events()
+    monkeypatch.setenv("HISTORYSIM_MOST_STEPS", str(steps - 1))
+    with refused("steps; expected"):
+        found.events()
