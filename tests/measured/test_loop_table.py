@@ -37,6 +37,7 @@ def made(loads, amplitudes=(1.0,), offset=0.0, exponent=0.0, scatter=0.0, seed=3
 def test_statistics_of_each_load_equal_direct_ones():
     found = made([1.0, 3.0, 2.0], scatter=0.05)
     table = found.by_load()
+    assert set(table.to_dataset().friction_force.dims) == {"level", "direction"}
     # the sample at which one load ends and the next one begins is of both
     assert_allclose(table.value, [1, 2, 3], rtol=0.01)
     for group, load in enumerate(table.value):
