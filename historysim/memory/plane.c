@@ -86,9 +86,11 @@ static int is_mixed(const hs_plane_path *path) { return path->rigid.x != path->r
 
 /* Plan of a path of dimensionless targets from the present state, with tangential targets only;
  * with `saturate` it starts at the load requested last. */
-static hs_plane_path start_path(const hs_state *state, const hs_path *path, hs_vector compliance,
+static hs_plane_path start_path(const hs_state *state, const hs_path *path, const hs_drive *drive,
                                 int saturate) {
     const hs_plane *plane = state->plane;
+    double unit = state->line.contact->units.stiffness;
+    hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
     int by_x = path->tangential_control[0] == HS_LOAD,
         by_y = path->tangential_control[1] == HS_LOAD;
     const hs_vector *load = &plane->tangential_load;
@@ -560,12 +562,11 @@ static void set_controls(hs_state *state, const hs_path *path) {
 }
 
 /* Integrate one path, along the line or by rings; returns a status. */
-static int move_plane(hs_state *state, const hs_path *requested, hs_vector compliance,
-                      const hs_rows *rows, const hs_drive *drive, double stop_fraction,
-                      hs_refusal *refusal) {
+static int move_plane(hs_state *state, const hs_path *requested, const hs_rows *rows,
+                      const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
     hs_path path = resolve_held(state, requested),
             scaled = hs_scale_path(&state->line.contact->units, &path);
-    hs_plane_path plane_path = start_path(state, &scaled, compliance, drive->saturate);
+    hs_plane_path plane_path = start_path(state, &scaled, drive, drive->saturate);
     int changes_load = path.normal_control == HS_LOAD && path.normal_fraction > 0.0 &&
                        scaled.normal_target != state->line.normal_load;
     int is_on_line = !state->plane->body && stays_on_line(state, &plane_path, changes_load);
@@ -577,15 +578,11 @@ static int move_plane(hs_state *state, const hs_path *requested, hs_vector compl
 
 int hs_plane_stick(hs_state *state, const hs_path *requested, const hs_drive *drive, int *sticks) {
     const hs_plane *plane = state->plane;
-    double unit = state->line.contact->units.stiffness;
     *sticks = plane->body && plane->excess.x == 0.0 && plane->excess.y == 0.0;
     if (!*sticks) return HS_OK;
     hs_path path = resolve_held(state, requested),
             scaled = hs_scale_path(&state->line.contact->units, &path);
-    hs_plane_path plane_path =
-        start_path(state, &scaled,
-                   HS_MADE(hs_vector){drive->compliance[0] * unit, drive->compliance[1] * unit},
-                   drive->saturate);
+    hs_plane_path plane_path = start_path(state, &scaled, drive, drive->saturate);
     hs_set_normal_targets(&state->line, &scaled, &plane_path.plan);
     int status = hs_body_stick(plane->body, &plane_path, sticks);
     if (status != HS_OK || !*sticks) return status;
@@ -595,14 +592,12 @@ int hs_plane_stick(hs_state *state, const hs_path *requested, const hs_drive *dr
 
 int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows,
                        const hs_drive *drive, double stop_fraction, hs_refusal *refusal) {
-    double unit = state->line.contact->units.stiffness;
-    hs_vector compliance = {drive->compliance[0] * unit, drive->compliance[1] * unit};
     hs_refusal unused;
     int status = HS_OK;
     if (!refusal) refusal = &unused;
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         refusal->path = p;
-        status = move_plane(state, paths + p, compliance, rows, drive, stop_fraction, refusal);
+        status = move_plane(state, paths + p, rows, drive, stop_fraction, refusal);
     }
     refusal->status = status;
     return status;
@@ -653,7 +648,6 @@ double hs_plane_stored_energy(const hs_state *state) {
 int hs_plane_set_friction(hs_state *state, const double *friction, const hs_drive *drive) {
     hs_line *line = &state->line;
     const hs_contact *contact = line->contact;
-    double unit = contact->units.stiffness;
     if (!state->plane->body) {
         hs_drive line_drive = *drive;
         line_drive.compliance[0] = drive->compliance[line_axis(state)];
@@ -677,9 +671,7 @@ int hs_plane_set_friction(hs_state *state, const double *friction, const hs_driv
                     0,
                     NAN,
                     NAN};
-    hs_plane_path path =
-        start_path(state, &held,
-                   HS_MADE(hs_vector){drive->compliance[0] * unit, drive->compliance[1] * unit}, 1);
+    hs_plane_path path = start_path(state, &held, drive, 1);
     hs_set_normal_targets(line, &held, &path.plan);
     double *initial_friction = (double *)malloc((size_t)contact->groups * sizeof *initial_friction);
     if (!initial_friction) return HS_OUT_OF_MEMORY;
