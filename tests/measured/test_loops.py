@@ -16,7 +16,7 @@ from records_shared import SHARED
 
 import historysim as hs
 from historysim.contact import mindlin
-from historysim.measured.branches import Definitions
+from historysim.measured.branches import Definitions, _gap_between_ends
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.results import analysis
@@ -338,3 +338,11 @@ def test_friction_is_averaged_over_the_plateau_that_is_chosen():
     )
     with refused(r"from 0\.6 to 0\.5"):
         Definitions(sliding_part=0.4, sliding_end=0.5)
+
+
+def test_the_gap_between_the_ends_of_a_loop_has_no_origin_of_the_displacement():
+    share = np.linspace(0.0, 1.0, 400)
+    moved, load = np.sin(2 * np.pi * share) + 0.1 * share, 0.3 * share**2 + np.sin(5 * share)
+    gap, error = _gap_between_ends(moved, load)
+    assert np.isfinite(gap)
+    assert _gap_between_ends(moved + 7.0, load) == approx((gap, error), rel=1e-9)

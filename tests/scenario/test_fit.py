@@ -83,7 +83,7 @@ def test_parameters_that_the_scenario_does_not_have(folder):
     assert "fit.parameters: height_scale: all summits are equally high" in refusal(
         folder, base=BALL
     )
-    several = ROUGH.replace("coefficient = 0.2", "coefficient = [0.1, 0.2, 0.3]")
+    several = ROUGH.replace("coefficient = 0.2", "coefficient = [0.1, 0.2, 0.2]")
     assert "fit.parameters: friction: expected one coefficient for all" in refusal(
         folder, base=several
     )
