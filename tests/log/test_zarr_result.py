@@ -281,7 +281,7 @@ def test_a_store_with_a_foreign_member_is_never_replaced(scenario, stored, membe
 def test_an_open_reader_never_reads_another_run(scenario, stored, monkeypatch, in_one_step):
     store, values = stored
     if not in_one_step:
-        monkeypatch.setattr("historysim.basics.system.ctypes.CDLL", lambda _: None)
+        monkeypatch.setattr("ctypes.CDLL", lambda _: None)
     reader = hs.open(store)
     with refused("exists already"):
         hs.run(scenario, store)

@@ -1,12 +1,7 @@
 """The energy of ramps of both loads, however much the normal load changes on them."""
 
-import shutil
-import subprocess
-import sys
-
 import numpy as np
 import scipy.optimize
-from c_core import SUPPORT, WARNINGS, compiled
 from pairs import UNIT
 from pytest import approx, mark, param
 
@@ -127,30 +122,6 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
     energy = tangential * displacement - tangential * mean - stored
     assert state.tangential_displacement == approx(displacement, rel=1e-9)
     assert state.dissipated_energy == approx(energy, rel=1e-6)
-
-
-@mark.slow
-@mark.skipif(
-    sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker"
-)
-def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
-    wrap = "-Wl,--wrap=hs_solve_displacement_with"
-    program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, wrap)
-    run = lambda *words: (  # noqa: E731
-        subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout
-    )
-    chords = np.array([int(line.split()[2]) for line in run("0", "8", "10").splitlines()])
-    assert chords.size == 80
-    # the median was 600 while the energy was that of chords
-    assert np.median(chords) < 60
-    assert chords.max() < 400
-    distances = np.array(
-        [line.split()[3:] for line in run("0", "2", "3", "1000").splitlines()], dtype=float
-    )
-    displacements, energies = np.abs(distances[:, 0::2]), np.abs(distances[:, 1::2])
-    assert displacements.max() < 2e-6
-    # of the energy of the ramp
-    assert energies.max() < 1e-5
 
 
 @mark.parametrize("count", [2, 10])
