@@ -251,7 +251,7 @@ class LoopTable:
         lines = [
             (
                 "friction over load",
-                f"F = {line.slope:.4g} N {offset}{interval}, through the means at {over}",
+                f"F = {line.slope:.4g} × load {offset}{interval}, through the means at {over}",
             )
         ]
         for quantity, (label, text) in _POWERS.items():

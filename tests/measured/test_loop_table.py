@@ -62,7 +62,7 @@ def test_known_laws_are_recovered():
     ).exponent == approx(-1 / 3, abs=1e-9)
     texts = dict(table.laws())
     assert texts["friction over load"].startswith(
-        "F = 0.2 N + 50 mN (95 %: 0.2 to 0.2; 50 mN to 50 mN), through"
+        "F = 0.2 × load + 50 mN (95 %: 0.2 to 0.2; 50 mN to 50 mN), through"
     )
     assert made([1.0]).by_load().laws() == []
     two = made([1.0, 2.0]).by_load()

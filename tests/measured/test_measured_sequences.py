@@ -86,7 +86,7 @@ def test_loops_of_a_record(folder):
         re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line)
     )
     assert labelled["dead band"].startswith("20 nm, ")
-    assert labelled["friction over load"].startswith("F = 0.2 N ")
+    assert labelled["friction over load"].startswith("F = 0.2 × load ")
     heading = next(
         place for place, line in enumerate(lines) if line.split() == ["friction", "coefficient"]
     )
