@@ -437,6 +437,7 @@ def test_29_slopes_make_a_loop_that_is_not_symmetric(histories):
     )
 
 
+@mark.ci
 def test_the_data_are_made_again_byte_for_byte(tmp_path):
     for name in ("make_sequences.py", "make_heights.py", "make_loops.py"):
         script = tmp_path / name

@@ -204,6 +204,7 @@ LARGE = (
 )
 
 
+@mark.ci
 @mark.parametrize(
     "path",
     [param(path, marks=mark.slow) if path.stem.startswith(LARGE) else path for path in FIGURES],

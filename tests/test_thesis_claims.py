@@ -10,6 +10,8 @@ import historysim as hs
 from historysim.results import analysis
 from historysim.results.steps import named_states
 
+pytestmark = mark.ci
+
 LOAD = "loading_waypoints_0_normal_load"
 
 

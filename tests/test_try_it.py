@@ -4,9 +4,11 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-from pytest import approx, fixture
+from pytest import approx, fixture, mark
 
 import historysim as hs
+
+pytestmark = mark.ci
 
 ROOT = Path(hs.__file__).parents[1]
 SPEC = importlib.util.spec_from_file_location("try_it", ROOT / ".site" / "try_it.py")

@@ -14,6 +14,8 @@ from historysim.cli import main
 from historysim.errors import InputError
 from historysim.exchange.fmu import unit_file
 
+pytestmark = mark.ci
+
 
 def call(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])

@@ -12,6 +12,8 @@ from golden import refused
 import historysim as hs
 from historysim.log import result
 
+pytestmark = pytest.mark.ci
+
 HEAD = """
 title = "µ"
 [materials]

@@ -496,6 +496,7 @@ def read_by_threads(tmp_path, monkeypatch):
     assert not errors
 
 
+@mark.ci
 @mark.skipif(not hasattr(os, "fork"), reason="processes are copied on POSIX only")
 @mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_copies_of_a_process_read_while_its_threads_do(read_by_threads):

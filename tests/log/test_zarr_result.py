@@ -20,6 +20,8 @@ import historysim as hs
 from historysim.cli import main
 from historysim.log import lazy_history, zarr_result
 
+pytestmark = mark.ci
+
 importorskip("zarr")
 importorskip("dask.array")
 

@@ -13,6 +13,8 @@ from records_shared import DAMPER, DAMPER_SCENARIO
 from historysim.cli import main
 from historysim.scenario import scenario
 
+pytestmark = mark.ci
+
 SCENARIO = """
 title = "a silicon ball on glass"
 [materials]

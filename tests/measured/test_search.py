@@ -17,6 +17,8 @@ from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
 from historysim.scenario.fit import build_model
 from historysim.scenario.scenario import load
 
+pytestmark = mark.ci
+
 
 def recorded(seed, **shape):
     return synthetic.measured("ball", seed, **{"rate": 4.18, "loops": 1, **shape})

@@ -217,6 +217,7 @@ def test_an_equivalent_history_gives_the_same_answer(expected, transformation, n
             assert found[key].tolist() == values.tolist()
 
 
+@mark.ci
 @mark.filterwarnings("ignore::FutureWarning", "ignore:overflow:RuntimeWarning")
 @mark.parametrize("row", range(len(OTHER)), ids=OTHER)
 def test_another_history_gives_an_answer_or_a_message(row):

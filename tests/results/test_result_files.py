@@ -16,6 +16,8 @@ from historysim.recording.netcdf import FileRecorder
 from historysim.results.analysis import history_summary
 from historysim.results.result_files import file_type, open_file_history, open_result, read_table
 
+pytestmark = mark.ci
+
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
 EVENTS = [
     hs.NormalLoad(0.0, 0.1),

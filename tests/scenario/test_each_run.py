@@ -184,6 +184,7 @@ def write_files_scenario(folder, files, name="s.toml"):
     return folder / name
 
 
+@mark.ci
 @mark.filterwarnings("ignore:.*is its zero")
 def test_all_verbs_accept_several_files(cycles, monkeypatch, tmp_path):
     folder, _ = cycles

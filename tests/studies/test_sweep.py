@@ -383,6 +383,7 @@ def test_a_cell_that_another_process_computes_is_left_to_the_end(rough, tmp_path
 # -- who computes ----------------------------------------------------------------------------------
 
 
+@mark.ci
 def test_any_executor_gives_the_same_bits(rough, tmp_path):
     here = hs.sweep(rough, OVER)
     with ThreadPoolExecutor(3) as threads:

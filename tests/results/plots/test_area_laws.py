@@ -6,6 +6,8 @@ import pytest
 import historysim as hs
 from historysim.errors import InputError
 
+pytestmark = pytest.mark.ci
+
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 SCENARIO = """
 [materials]

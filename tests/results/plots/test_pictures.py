@@ -13,6 +13,8 @@ from historysim.results import analysis, recompute
 from historysim.results.plots.pictures import PICTURES, REPLACED
 from historysim.scenario.kinds import kinds
 
+pytestmark = mark.ci
+
 ENSEMBLE = hs.Ensemble(
     PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2]
 )

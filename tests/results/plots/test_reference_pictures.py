@@ -16,6 +16,8 @@ from pictured import PICTURES
 from PIL import Image
 from pytest import approx, mark, param, skip
 
+pytestmark = mark.ci
+
 SIZES = (90, 70), (90, 120), (180, 120)
 KEPT = Path(__file__).parents[2] / "reference_pictures"
 MADE_WITH = "3.11"  # other versions of matplotlib set letters and ticks otherwise

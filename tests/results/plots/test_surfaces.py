@@ -18,6 +18,8 @@ from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.summits import Summits
 
+pytestmark = mark.ci
+
 MAP, DISTRIBUTION = "Surface and summits", "Asperity distribution"
 
 

@@ -12,6 +12,8 @@ import historysim as hs
 from historysim.memory.paths import Goals, blank_rows, straight_paths
 from historysim.results.report import browser
 
+pytestmark = mark.ci
+
 HEIGHTS = np.array([0.0, -20e-9, -35e-9, -60e-9])
 PLACES = {"x": np.array([0.0, 4e-6, 8e-6, 2e-6]), "y": np.array([0.0, 6e-6, 3e-6, 9e-6])}
 ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2], **PLACES)
