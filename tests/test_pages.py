@@ -78,6 +78,7 @@ def test_the_readme_runs_unchanged(after_the_readme):
     } <= made
 
 
+@mark.ci
 @mark.parametrize("page", PAGES, ids=name_of)
 def test_a_page_runs_unchanged(page, after_the_readme, tmp_path, monkeypatch):
     shutil.copytree(after_the_readme, tmp_path, dirs_exist_ok=True)

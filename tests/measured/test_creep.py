@@ -13,6 +13,8 @@ from historysim.cli import main
 from historysim.errors import InputError
 from historysim.measured.creep import separate_creep
 
+pytestmark = mark.ci
+
 RECORDS = {
     "plain": {},
     "noise of the displacement": {"displacement_noise": 3e-9, "load_noise": 2e-5},

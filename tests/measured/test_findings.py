@@ -10,6 +10,7 @@ def test_clean_records_have_no_finding():
     assert findings.false_alarms(range(findings.FEW)) == {}
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("finding", findings.FINDINGS, ids=lambda each: each.finding)
 def test_the_advice_makes_the_record_better(finding):
     errors = findings.effect(finding)

@@ -11,6 +11,8 @@ from records import scenario_text, write_columns
 import historysim as hs
 from historysim.measured.loops import loops_of_channels
 
+pytestmark = mark.ci
+
 TIME = np.arange(601) * 0.01
 MOVED = 0.5 * SLIPS["sphere"] * np.sin(2 * np.pi * TIME)
 STICKS = (

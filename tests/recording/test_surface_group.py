@@ -15,6 +15,8 @@ from historysim.recording.surface_group import GROUP, MOST_POINTS, SUMMITS, SURF
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
 
+pytestmark = mark.ci
+
 PRESSED = LINES.replace("normal_load = 0", "normal_load = 1e-6").replace('"all"', '"touching"')
 COLUMNS = {"summit_height": "height", "summit_radius": "radius", "summit_x": "x", "summit_y": "y"}
 CASES = SECTIONS

@@ -14,6 +14,8 @@ import historysim as hs
 from historysim.cli import main
 from historysim.studies.gallery import EXAMPLE
 
+pytestmark = pytest.mark.ci
+
 BALL = """# A ball is loaded.
 #
 # Second paragraph,
