@@ -32,6 +32,7 @@ def files_of(leaf):
     return found
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("leaf", LEAVES)
 def test_nothing_in_the_core_imports_a_leaf(leaf):
     inside = {".".join(path.relative_to(ROOT).with_suffix("").parts) for path in files_of(leaf)}

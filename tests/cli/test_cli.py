@@ -322,6 +322,7 @@ def test_the_columns_of_a_file_are_listed(folder):
 SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py"}
 
 
+@mark.ci
 @mark.parametrize(
     "command, heavy",
     [

@@ -79,6 +79,7 @@ def on_terminal(arguments, monkeypatch):
     return shown.decode()
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_terminal_shows_how_far_a_command_is(command, scenario, monkeypatch):
     text, options, doing, count = COMMANDS[command]

@@ -43,6 +43,7 @@ def test_the_start_of_a_record_that_slides_is_left_to_its_loops():
     assert after < 1e-3 < before
 
 
+@pytest.mark.ci
 def test_the_page_has_the_table():
     assert findings.section() == findings.table(
         dict.fromkeys((each.finding for each in findings.FINDINGS), 0)

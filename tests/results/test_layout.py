@@ -185,10 +185,12 @@ def expected():
     return answers
 
 
+@mark.ci
 def test_most_queries_have_an_answer(expected):
     assert len(expected) > 0.7 * len(all_queries())
 
 
+@mark.ci
 @mark.filterwarnings("ignore::FutureWarning")
 @mark.parametrize(
     "transformation, name",

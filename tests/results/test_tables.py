@@ -138,6 +138,7 @@ def test_a_history_over_time_is_read_back(history, tmp_path, monkeypatch, at_onc
         assert file["elapsed_time"].attrs["units"] == b"s"
 
 
+@mark.ci
 def test_tables_follow_the_conventions_of_catalogues(answers, tmp_path):
     for name in ("cycles", "loops"):
         before = answers[name].copy(deep=True)
