@@ -163,11 +163,11 @@ def test_work_of_the_loads_is_stored_or_dissipated():
             there = ensemble.advance(start, normal_displacement=d, tangential_displacement=u)
             return there.normal_load * move[0] + there.tangential_load * move[1]
 
-        work += quad(power, 0, 1, epsabs=1e-24, epsrel=1e-8, limit=60)[0]
+        work += quad(power, 0, 1, epsabs=1e-24, epsrel=1e-11, limit=60)[0]
         state = ensemble.advance(
             state, normal_displacement=corner[0], tangential_displacement=corner[1]
         )
-        assert elastic_energy(ensemble, state) + state.dissipated_energy == approx(work, rel=1e-8)
+        assert elastic_energy(ensemble, state) + state.dissipated_energy == approx(work, rel=1e-11)
         begin = begin or state
     loop = state.dissipated_energy - begin.dissipated_energy
     assert loop > 0.1 * elastic_energy(ensemble, state)
